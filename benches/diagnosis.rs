@@ -79,7 +79,7 @@ fn long_recording() -> Recording {
         probes.map_or(0, |probes| probes.samples.len())
     };
     (0..)
-        .map(|index| validation::case(1, index).recording)
+        .map(|index| validation::case(validation::Half::Shown, 1, index).recording)
         .find(|recording| readings(recording) >= LONG)
         .expect("without end")
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 use tools::real_flights::{self, DRONES, HARDWARE, NORMAL, QUESTIONS, Question, SWARM, Set};
 use validation::folder;
 use validation::metrics::{LONG_SAMPLES, Metric, Metrics};
-use validation::{Answer as Given, Case};
+use validation::{Answer as Given, Case, Half};
 
 use crate::commands::diagnose;
 use crate::io::answer::{Answer, Format, print};
@@ -29,9 +29,12 @@ pub(crate) struct Arguments {
     /// Recordings to make; two in five have nothing injected
     #[arg(long, default_value_t = 600)]
     count: usize,
+    /// Families that no other run shows, drawn by the seed: totals alone
+    #[arg(long, conflicts_with_all = ["out", "format"])]
+    unseen: bool,
     /// Instead: the table of real flights, from a folder with `neural_swarm2` and `crazypad` in it;
     /// run it where `recordings/` lies
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "format", "count", "seed"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "format", "count", "seed", "unseen"])]
     flights: Option<PathBuf>,
     /// How to print the metrics
     #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -70,7 +73,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         .map(|it| OutFolder::prepare(it, "marks.json"))
         .transpose()?;
     let progress = Progress::start("validating", count);
-    let mut marks = validation::prove(seed, count, |recording| {
+    let half = match arguments.unseen {
+        true => Half::Unseen,
+        false => Half::Shown,
+    };
+    let mut marks = validation::prove(half, seed, count, |recording| {
         let start = Instant::now();
         let given = validation::ask(recording);
         progress.done_one();
@@ -80,6 +87,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         }
     });
     progress.finish();
+    if half == Half::Unseen {
+        print(&marks.totals(seed))?;
+        return Ok(Answer::from(marks.are_reached()));
+    }
     let time = time(seed, &marks);
     // What is written does not differ from run to run.
     marks.slowest_s = None;
@@ -135,7 +146,7 @@ fn time(seed: u64, marks: &Metrics) -> String {
     let Some((index, slowest)) = marks.slowest() else {
         return String::new();
     };
-    let Case { recording, .. } = validation::case(seed, index);
+    let Case { recording, .. } = validation::case(Half::Shown, seed, index);
     let before_s = cpu_s();
     let _again = validation::ask(&recording);
     let used = match cpu_s()
@@ -155,7 +166,7 @@ fn time(seed: u64, marks: &Metrics) -> String {
 
 /// The files of one case: the recording in a folder of its own, what was injected beside it.
 fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let Case { recording, truth } = validation::case(seed, index);
+    let Case { recording, truth } = validation::case(Half::Shown, seed, index);
     let here = OutFolder::prepare(out.join(&recording.name), "")?.path;
     let truths = OutFolder::prepare(out.join("truth"), "")?.path;
     let mut files = files::below(&here, folder::texts(&recording));

@@ -56,6 +56,12 @@ pub(super) enum Flight {
     ToCeiling,
     /// A drone that once goes up to the ceiling.
     RareToCeiling,
+    /// Sideways over a rake of probes.
+    Sideways,
+    /// Slowly down past a probe and up again, beside its axis.
+    Traverse,
+    /// A probe on a second drone that crosses below.
+    Carried,
 }
 
 /// Height of the probe above the floor (m).
@@ -87,6 +93,9 @@ pub(super) fn scene(flight: Flight, size: Size, random: &mut Draws) -> Scene {
         Flight::ToFloor => receivers::to_surface(false, size, random),
         Flight::ToCeiling => receivers::to_surface(true, size, random),
         Flight::RareToCeiling => receivers::rare_to_ceiling(random),
+        Flight::Sideways => sideways(small, random),
+        Flight::Traverse => traverse(small, random),
+        Flight::Carried => carried(small, random),
     };
     if flight == Flight::Noisy {
         scene.noise.turbulence = 0.2;
@@ -99,10 +108,7 @@ fn day(random: &mut Draws) -> Scene {
     Scene {
         emitters: Vec::new(),
         receiver: None,
-        probes: vec![Probe {
-            place_m: Vector3::z() * PROBE_Z_M,
-            on_s: ALWAYS,
-        }],
+        probes: vec![Probe::at(Vector3::z() * PROBE_Z_M)],
         air: Air::default(),
         faults: Faults::default(),
         noise: Noise {
@@ -110,6 +116,7 @@ fn day(random: &mut Draws) -> Scene {
             // What a slow probe sees of a jet's turbulence of a quarter.
             turbulence: random.between(0.06, 0.1),
             memory_s: random.between(0.4, 1.0),
+            is_heavy: false,
         },
         instrument: Instrument {
             rate_hz: 1.0,
@@ -127,13 +134,12 @@ fn day(random: &mut Draws) -> Scene {
         track_hz: 4.0,
         declares_momentum_sum: false,
         declares_radial: false,
+        begins_s: f64::NEG_INFINITY,
         lost_s: Vec::new(),
         effects: Vec::new(),
         is_outside: false,
     }
 }
-
-pub(super) const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 fn emitter(drone: Drone, route: Route) -> Emitter {
     Emitter {
@@ -253,6 +259,100 @@ fn passes(drone: Drone, rate_hz: f64, speeds_mps: [f64; 2], random: &mut Draws) 
     scene
 }
 
+/// A rate (Hz) between two, even in its logarithm; probes and tracker alike.
+fn rate_hz(scene: &mut Scene, [low, high]: [f64; 2], random: &mut Draws) -> f64 {
+    let rate_hz = random.between(low.ln(), high.ln()).exp();
+    scene.instrument.rate_hz = (rate_hz * 10.0).round() / 10.0;
+    scene.track_hz = scene.instrument.rate_hz.max(4.0);
+    scene.instrument.rate_hz
+}
+
+/// Readings that a flight of several rates should come to, about, and the span (s) that it must
+/// last.
+const READINGS: f64 = 4000.0;
+const SPAN_S: [f64; 2] = [170.0, 600.0];
+
+fn sideways(drone: Drone, random: &mut Draws) -> Scene {
+    let mut scene = day(random);
+    let probes = 3 + random.index(3);
+    let rate_hz = rate_hz(&mut scene, [3.0, 12.0], random);
+    let apart_m = random.between(0.5, 1.4) * drone.motors_m;
+    let aside_m = |probe: usize| (probe as f64 - 0.5 * (probes - 1) as f64) * apart_m;
+    let places_m = (0..probes).map(|probe| Vector3::new(aside_m(probe), 0.0, PROBE_Z_M));
+    scene.probes = places_m.map(Probe::at).collect();
+    let span_s = (READINGS / rate_hz / probes as f64).clamp(SPAN_S[0], SPAN_S[1]);
+    let mut route = Route::swaying(SWAY_M, random);
+    while route.end_s() < span_s {
+        let depth_m = random.between(2.7, 12.0) * drone.motors_m;
+        let x_m = random.within(0.6 * probes as f64 * apart_m);
+        let y_m = 4.5 * drone.motors_m * random.sign();
+        let from_m = Vector3::new(x_m, y_m, PROBE_Z_M + depth_m);
+        route.go(from_m, 0.8);
+        let to_m = Vector3::new(x_m + random.within(apart_m), -y_m, from_m.z);
+        route.go(to_m, random.between(0.25, 1.5));
+        route.stay(0.5);
+    }
+    scene.emitters.push(emitter(drone, route));
+    scene
+}
+
+fn traverse(drone: Drone, random: &mut Draws) -> Scene {
+    let mut scene = day(random);
+    let rate_hz = rate_hz(&mut scene, [3.0, 25.0], random);
+    let span_s = (READINGS / rate_hz).clamp(SPAN_S[0], SPAN_S[1]);
+    let mut route = Route::swaying(SWAY_M, random);
+    while route.end_s() < span_s {
+        let xi = (0.9 * random.normal()).abs().min(3.0);
+        let aside_m = around(
+            random.between(0.0, TAU),
+            xi * drone.half_m(6.0 * drone.motors_m),
+        );
+        let depths_m = [2.7, random.between(9.0, 14.0)].map(|depth| depth * drone.motors_m);
+        let [low_m, high_m] = depths_m.map(|m| aside_m + Vector3::z() * (PROBE_Z_M + m));
+        route.go(high_m, 0.6);
+        route.go(low_m, random.between(0.08, 0.3));
+        route.go(high_m, random.between(0.08, 0.3));
+    }
+    scene.emitters.push(emitter(drone, route));
+    scene
+}
+
+fn carried(drone: Drone, random: &mut Draws) -> Scene {
+    let mut scene = day(random);
+    let rate_hz = rate_hz(&mut scene, [3.0, 25.0], random);
+    let span_s = (READINGS / rate_hz).clamp(SPAN_S[0], SPAN_S[1]);
+    let mut above = Route::swaying(SWAY_M, random);
+    let mut below = Route::swaying(SWAY_M, random);
+    let height_m = PROBE_Z_M + 14.0 * drone.motors_m;
+    while below.end_s() < span_s {
+        // The upper drone hovers at another place every now and then; the lower one crosses.
+        above.go(
+            around(random.between(0.0, TAU), 0.3) + Vector3::z() * height_m,
+            0.3,
+        );
+        above.stay(random.between(15.0, 40.0));
+        while below.end_s() < above.end_s() {
+            let depth_m = random.between(2.7, 12.0) * drone.motors_m;
+            let azimuth = random.between(0.0, TAU);
+            let missing_m = random.normal() * 0.7 * drone.half_m(depth_m);
+            let middle_m = above.position_m(below.end_s()) - Vector3::z() * depth_m
+                + around(azimuth + 0.5 * PI, missing_m);
+            let half_m = random.between(2.0, 4.0) * drone.motors_m;
+            below.go(middle_m - around(azimuth, half_m), 0.8);
+            below.go(
+                middle_m + around(azimuth, half_m),
+                random.between(0.15, 0.8),
+            );
+        }
+    }
+    scene.probes = vec![Probe {
+        carried_by: Some(below),
+        ..Probe::at(Vector3::zeros())
+    }];
+    scene.emitters.push(emitter(drone, above));
+    scene
+}
+
 fn up_and_down(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.instrument.rate_hz = 10.0;
@@ -282,10 +382,7 @@ fn rake(size: Size, random: &mut Draws) -> Scene {
     let heights_m = [0.04, 0.12, 0.3, 0.7];
     scene.probes = heights_m
         .iter()
-        .map(|z_m| Probe {
-            place_m: Vector3::z() * *z_m,
-            on_s: ALWAYS,
-        })
+        .map(|z_m| Probe::at(Vector3::z() * *z_m))
         .collect();
     let mut route = Route::swaying(SWAY_M, random);
     let lowest = size.of([9.0, 4.0, 3.2]);
@@ -309,15 +406,12 @@ fn rare_rake(random: &mut Draws) -> Scene {
     // Probes from 1.6 m up, which the floor does not reach, and one at 0.08 m.
     scene.probes = [1.6, 2.0, 2.4, 2.8]
         .iter()
-        .map(|z_m| Probe {
-            place_m: Vector3::z() * *z_m,
-            on_s: ALWAYS,
-        })
+        .map(|z_m| Probe::at(Vector3::z() * *z_m))
         .collect();
     let end_s = scene.end_s();
     scene.probes.push(Probe {
-        place_m: Vector3::z() * 0.08,
         on_s: [0.84 * end_s, end_s],
+        ..Probe::at(Vector3::z() * 0.08)
     });
     scene
 }
@@ -327,10 +421,7 @@ fn row(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.probes = [-0.9, 0.0, 0.9]
         .iter()
-        .map(|x_m| Probe {
-            place_m: Vector3::new(*x_m, 0.0, PROBE_Z_M),
-            on_s: ALWAYS,
-        })
+        .map(|x_m| Probe::at(Vector3::new(*x_m, 0.0, PROBE_Z_M)))
         .collect();
     let mut route = Route::swaying(SWAY_M, random);
     for _ in 0..115 {

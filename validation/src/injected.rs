@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use crate::names;
 use crate::scene::Scene;
 use crate::truth::{Injected, Size};
-use crate::world::{Flap, Panel, Room, Summing, Vent, stability};
+use crate::world::{Flap, Odd, Panel, Room, Shelf, Summing, Vent, Wall, stability};
 use diagnosis::statistics::draws::Draws;
 
 /// Every effect that this world can inject.
@@ -52,6 +52,16 @@ pub(super) enum Effect {
     Vent,
     LimpPropeller,
     Flapping,
+    /// A shelf that stands in the room, between the drone and where it is measured.
+    Shelf,
+    /// A wall beside the probes.
+    Wall,
+    /// A vent that is switched on and off.
+    SwitchedVent,
+    /// Instruments that fail in other forms than those of the library.
+    BentScale,
+    StartingSpeed,
+    LooseContact,
 }
 
 /// Sets an effect into a scene.
@@ -168,9 +178,16 @@ pub(super) fn inject(effect: Effect, size: Size, scene: &mut Scene, random: &mut
         | Effect::Saturation
         | Effect::RareSaturation
         | Effect::Clock => in_the_instrument(effect, size, scene, random),
-        Effect::Panel | Effect::Vent | Effect::LimpPropeller | Effect::Flapping => {
-            outside(effect, size, scene, random);
-        }
+        Effect::Panel
+        | Effect::Vent
+        | Effect::LimpPropeller
+        | Effect::Flapping
+        | Effect::Shelf
+        | Effect::Wall
+        | Effect::SwitchedVent
+        | Effect::BentScale
+        | Effect::StartingSpeed
+        | Effect::LooseContact => outside(effect, size, scene, random),
     }
 }
 
@@ -349,8 +366,62 @@ fn outside(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
                 at_m: [0.9 * random.sign(), random.between(-0.3, 0.3)],
                 radius_m: random.between(0.3, 0.45),
                 blows_mps: [speed_mps * azimuth.cos(), speed_mps * azimuth.sin()],
+                period_s: f64::INFINITY,
             });
             "vent"
+        }
+        Effect::SwitchedVent => {
+            let (speed_mps, azimuth) = (amount([0.4, 0.8, 1.2]), random.between(0.0, TAU));
+            let at_m = scene.probes[random.index(scene.probes.len())].place_m;
+            scene.air.vent = Some(Vent {
+                at_m: [at_m.x + random.within(0.2), at_m.y + random.within(0.2)],
+                radius_m: random.between(0.3, 0.6),
+                blows_mps: [speed_mps * azimuth.cos(), speed_mps * azimuth.sin()],
+                period_s: random.between(25.0, 70.0),
+            });
+            "switched_vent"
+        }
+        Effect::Shelf => {
+            let motors_m = scene.emitters[0].drone.motors_m;
+            scene.air.shelf = Some(Shelf {
+                takes: amount([0.4, 0.65, 0.95]),
+                at_m: [(); 2].map(|()| random.within(1.2 * motors_m)),
+                half_m: [(); 2].map(|()| random.between(0.4, 0.9) * motors_m),
+                z_m: scene.probes[0].position_m(0.0).z + random.between(0.8, 1.8) * motors_m,
+            });
+            "shelf"
+        }
+        Effect::Wall => {
+            let away_m = amount([2.6, 1.9, 1.3]) * 0.5 * scene.emitters[0].drone.motors_m;
+            let (sin, cos) = random.between(0.0, TAU).sin_cos();
+            let normal = [cos, sin];
+            scene.air.wall = Some(Wall { normal, away_m });
+            "wall"
+        }
+        Effect::BentScale => {
+            let power = amount([0.85, 0.75, 0.6]);
+            let reference = scene.emitters[0].drone.hover_mps(1.19);
+            scene.faults.odd = Odd::Bent { power, reference };
+            "bent_scale"
+        }
+        Effect::StartingSpeed => {
+            let at_mps = amount([0.12, 0.18, 0.28]) * scene.emitters[0].drone.hover_mps(1.19);
+            scene.faults.odd = Odd::Starts { at_mps };
+            "starting_speed"
+        }
+        Effect::LooseContact => {
+            let part = 1.0 - amount([0.25, 0.4, 0.7]);
+            let end_s = scene.end_s();
+            let spans = 4 + random.index(4);
+            let span_s = |_| {
+                let from_s = random.between(0.0, 0.95) * end_s;
+                [from_s, from_s + random.between(0.02, 0.05) * end_s]
+            };
+            scene.faults.odd = Odd::Loose {
+                part,
+                spans_s: (0..spans).map(span_s).collect(),
+            };
+            "loose_contact"
         }
         Effect::LimpPropeller => {
             scene.air.across.limp = amount([0.1, 0.2, 0.35]);

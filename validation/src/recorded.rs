@@ -47,7 +47,11 @@ pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Dr
     let reading = |row: &Row| ProbeSample {
         t_s: row.t_s,
         probe_id: row.probe as u32,
-        position_m: Point3::from(scene.probes[row.probe].place_m),
+        position_m: Point3::from(
+            scene.probes[row.probe]
+                .position_m(row.t_s)
+                .map(|value| (value * 1e4).round() / 1e4),
+        ),
         speed_mps: row.logged,
     };
     let throttle = |row: &Row| {

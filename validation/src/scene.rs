@@ -42,6 +42,8 @@ pub(super) struct Scene {
     /// Whether the metadata say that momenta add, and that probes feel the radial flow.
     pub(super) declares_momentum_sum: bool,
     pub(super) declares_radial: bool,
+    /// When (s) effects of the air set in; before, the air is as declared.
+    pub(super) begins_s: f64,
     /// Spans (s) of which the logger lost the readings.
     pub(super) lost_s: Vec<[f64; 2]>,
     pub(super) effects: Vec<Injected>,
@@ -49,10 +51,30 @@ pub(super) struct Scene {
 }
 
 /// A probe, and when it was switched on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Probe {
+    /// In the room, or off the drone that carries it.
     pub(super) place_m: Vector3<f64>,
     pub(super) on_s: [f64; 2],
+    /// The route of a drone that carries it, whose own wake it does not meet.
+    pub(super) carried_by: Option<Route>,
+}
+
+impl Probe {
+    /// Fixed in the room, always on.
+    pub(super) fn at(place_m: Vector3<f64>) -> Probe {
+        Probe {
+            place_m,
+            on_s: [f64::NEG_INFINITY, f64::INFINITY],
+            carried_by: None,
+        }
+    }
+
+    /// Where it is (m).
+    pub(super) fn position_m(&self, t_s: f64) -> Vector3<f64> {
+        let carried = self.carried_by.as_ref();
+        self.place_m + carried.map_or_else(Vector3::zeros, |route| route.position_m(t_s))
+    }
 }
 
 /// A drone whose throttle is recorded.
@@ -112,16 +134,18 @@ impl Scene {
         if self.declares_momentum_sum && air.summing == Summing::default() {
             air.summing.exponent = 2.0;
         }
-        World::new(
-            self.emitters.clone(),
-            air,
-            self.floor_z_m,
-            self.density() * self.density_factor,
-        )
+        let density = self.density() * self.density_factor;
+        let mut world = World::new(self.emitters.clone(), air, self.floor_z_m, density);
+        if self.begins_s.is_finite() {
+            let mut air = self.declared_air();
+            air.strength *= known;
+            let before = World::new(self.emitters.clone(), air, self.floor_z_m, density);
+            world.begins(self.begins_s, before);
+        }
+        world
     }
 
-    /// The air as the metadata declare it.
-    fn declared_world(&self) -> World {
+    fn declared_air(&self) -> Air {
         let mut air = Air {
             radial: self.declares_radial,
             ..Air::default()
@@ -129,6 +153,12 @@ impl Scene {
         if self.declares_momentum_sum {
             air.summing.exponent = 2.0;
         }
+        air
+    }
+
+    /// The air as the metadata declare it.
+    fn declared_world(&self) -> World {
+        let air = self.declared_air();
         let mut emitters = self.emitters.clone();
         for emitter in &mut emitters {
             emitter.load = crate::world::Load::default();
@@ -176,12 +206,17 @@ impl Scene {
         let mut rows = Vec::new();
         for (index, probe) in self.probes.iter().enumerate() {
             let noise = Some((&self.noise, &mut *random));
-            let Readings { t_s, clean, logged } =
-                self.instrument
-                    .read(world, probe.place_m, end_s, &self.faults, noise);
+            let Readings { t_s, clean, logged } = self.instrument.read(
+                world,
+                |t_s| probe.position_m(t_s),
+                end_s,
+                &self.faults,
+                noise,
+            );
+            let sound = Faults::default();
             let simulated =
                 self.instrument
-                    .read(declared, probe.place_m, end_s, &Faults::default(), None);
+                    .read(declared, |t_s| probe.position_m(t_s), end_s, &sound, None);
             for (i, &t_s) in t_s.iter().enumerate() {
                 if !(probe.on_s[0]..probe.on_s[1]).contains(&t_s) {
                     continue;
@@ -231,14 +266,18 @@ impl Scene {
                 };
                 answer.throttle(&receiver.drone, &met)
             };
-            let true_throttle = throttle(world, &receiver.answer, t_s + self.faults.clock_s);
+            let true_throttle = throttle(
+                world,
+                &receiver.answer,
+                t_s + self.faults.ahead_s(t_s - 1.0),
+            );
             let clean = self.faults.makes(true_throttle, t_s);
             let simulated = throttle(declared, &Answer::default(), t_s);
             gust = kept * gust + (1.0 - kept * kept).sqrt() * random.normal();
             // Turbulence comes with the wake: it scales with what the wake adds to the throttle.
             let mean = (clean - 1.0).abs();
             let turbulent = self.noise.turbulence * mean;
-            let logged = clean + turbulent * gust + self.noise.white * random.normal();
+            let logged = clean + turbulent * gust + self.noise.white_draw(random);
             rows.push(Row {
                 t_s,
                 probe: 0,

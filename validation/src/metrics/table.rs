@@ -126,6 +126,16 @@ impl Metrics {
         )
     }
 
+    /// The metrics alone: of families that are never looked at one by one.
+    #[must_use]
+    pub fn totals(&self, seed: u64) -> String {
+        let count = self.cases.len();
+        format!(
+            "{count} synthetic recordings of unseen families, seed {seed}\n\n{}",
+            self.table()
+        )
+    }
+
     /// The slowest of the long recordings, by its number; `None`: there was none.
     #[must_use]
     pub fn slowest(&self) -> Option<(usize, &Assessed)> {

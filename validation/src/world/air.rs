@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::bent::Bent;
 use super::carried::Carried;
-use super::draughts::{Flap, Panel, Room, Vent};
+use super::draughts::{Flap, Panel, Room, Shelf, Vent, Wall};
 use super::floor;
 use super::jet::{Across, Cut, Drone, SPREADING};
 use super::lobes::Lobes;
@@ -78,6 +78,9 @@ pub(crate) struct Air {
     pub(crate) vent: Option<Vent>,
     pub(crate) panel: Option<Panel>,
     pub(crate) flap: Option<Flap>,
+    /// Things that stand in the room.
+    pub(crate) shelf: Option<Shelf>,
+    pub(crate) wall: Option<Wall>,
 }
 
 impl Default for Air {
@@ -99,6 +102,8 @@ impl Default for Air {
             vent: None,
             panel: None,
             flap: None,
+            shelf: None,
+            wall: None,
         }
     }
 }
@@ -128,6 +133,8 @@ pub(crate) struct World {
     pub(crate) air: Air,
     pub(crate) floor_z_m: f64,
     prepared: Vec<Prepared>,
+    /// Until when (s) the air was another.
+    before: Option<(f64, Box<World>)>,
 }
 
 /// Tables of one emitter.
@@ -169,11 +176,22 @@ impl World {
             emitters,
             air,
             floor_z_m,
+            before: None,
         }
+    }
+
+    /// Until a time (s) the air is another.
+    pub(crate) fn begins(&mut self, from_s: f64, before: World) {
+        self.before = Some((from_s, Box::new(before)));
     }
 
     /// Velocity of the air (m/s, z up).
     pub(crate) fn velocity_mps(&self, t_s: f64, point_m: Vector3<f64>) -> Vector3<f64> {
+        if let Some((from_s, before)) = &self.before
+            && t_s < *from_s
+        {
+            return before.velocity_mps(t_s, point_m);
+        }
         let mut aside_mps = Vector3::zeros();
         let mut powers = 0.0;
         let exponent = self.air.summing.exponent;
@@ -181,6 +199,11 @@ impl World {
             if let Some(share) = self.share(emitter, t_s, point_m) {
                 powers += share.down_mps.max(0.0).powf(exponent);
                 aside_mps += share.aside_mps;
+            }
+            // What a wall keeps from spreading comes back as the wake of a mirror image.
+            let image = self.air.wall.map(|wall| wall.mirrored(point_m));
+            if let Some(share) = image.and_then(|point_m| self.share(emitter, t_s, point_m)) {
+                powers += share.down_mps.max(0.0).powf(exponent);
             }
         }
         let down_mps = powers.powf(1.0 / exponent);
@@ -192,7 +215,7 @@ impl World {
             velocity_mps += room.velocity_mps(t_s);
         }
         if let Some(vent) = self.air.vent {
-            velocity_mps += vent.velocity_mps(point_m);
+            velocity_mps += vent.velocity_mps(point_m) * vent.is_on(t_s);
         }
         velocity_mps
     }
@@ -231,6 +254,9 @@ impl World {
         }
         if let Some(panel) = air.panel {
             speed_mps *= panel.lets_through(centre_m - point_m, drone.motors_m);
+        }
+        if let Some(shelf) = air.shelf {
+            speed_mps *= shelf.lets_through(centre_m, point_m);
         }
         let mut aside_mps = Vector3::zeros();
         let outwards = cut.off_m.try_normalize(1e-9).unwrap_or_else(Vector3::x);
@@ -333,7 +359,8 @@ impl World {
             let step_m = depth_m / f64::from(steps);
             for step in 0..steps {
                 let at_m = (f64::from(step) + 0.5) * step_m;
-                let wind_mps = vent.velocity_mps(centre_m + aside_m - Vector3::z() * at_m);
+                let along_m = centre_m + aside_m - Vector3::z() * at_m;
+                let wind_mps = vent.velocity_mps(along_m) * vent.is_on(t_s);
                 // Momentum of the air taken in so far over that of the jet: 2.3 between a
                 // Gaussian's 2 and the paper's 3.
                 let taken = 2.3 * at_m / (10.11 * drone.motors_m * self.prepared[index].hover_mps);

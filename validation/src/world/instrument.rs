@@ -8,7 +8,7 @@ use super::noise::{Gust, Noise};
 use diagnosis::statistics::draws::Draws;
 
 /// A fault of an instrument or of a clock; the default is none.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Faults {
     pub(crate) gain: f64,
     pub(crate) offset: f64,
@@ -18,6 +18,30 @@ pub(crate) struct Faults {
     pub(crate) highest: f64,
     /// What is read at `t` was there at `t + clock_s` of the drones' clock.
     pub(crate) clock_s: f64,
+    /// Before this time (s since the first reading) gain, offset and clock are right.
+    pub(crate) from_s: f64,
+    /// What no library has.
+    pub(crate) odd: Odd,
+}
+
+/// Failures of an instrument that no library holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Odd {
+    None,
+    /// It reads `reference (y/reference)^power`.
+    Bent {
+        power: f64,
+        reference: f64,
+    },
+    /// It does not turn below a speed (m/s).
+    Starts {
+        at_mps: f64,
+    },
+    /// A loose contact: within spans of time (s) it reads a part only.
+    Loose {
+        part: f64,
+        spans_s: Vec<[f64; 2]>,
+    },
 }
 
 impl Default for Faults {
@@ -30,15 +54,35 @@ impl Default for Faults {
             lag_s: 0.0,
             highest: f64::INFINITY,
             clock_s: 0.0,
+            from_s: f64::NEG_INFINITY,
+            odd: Odd::None,
         }
     }
 }
 
 impl Faults {
     pub(crate) fn makes(&self, value: f64, since_s: f64) -> f64 {
+        if since_s < self.from_s {
+            return value;
+        }
         let hours = since_s / 3600.0;
         let read = (1.0 + self.gain + self.gain_per_h * hours) * value;
-        (read + self.offset + self.offset_per_h * hours).min(self.highest)
+        let read = (read + self.offset + self.offset_per_h * hours).min(self.highest);
+        let is_within = |span: &&[f64; 2]| (span[0]..span[1]).contains(&since_s);
+        match &self.odd {
+            Odd::Bent { power, reference } => reference * (read.max(0.0) / reference).powf(*power),
+            Odd::Starts { at_mps } if read < *at_mps => 0.0,
+            Odd::Loose { part, spans_s } if spans_s.iter().find(is_within).is_some() => part * read,
+            Odd::None | Odd::Starts { .. } | Odd::Loose { .. } => read,
+        }
+    }
+
+    /// How far (s) the drones' clock is ahead at a time since the first reading (s).
+    pub(crate) fn ahead_s(&self, since_s: f64) -> f64 {
+        match since_s < self.from_s {
+            true => 0.0,
+            false => self.clock_s,
+        }
     }
 }
 
@@ -75,13 +119,14 @@ impl Instrument {
     pub(crate) fn read(
         &self,
         world: &World,
-        place_m: Vector3<f64>,
+        place_m: impl Fn(f64) -> Vector3<f64>,
         end_s: f64,
         faults: &Faults,
         noise: Option<(&Noise, &mut Draws)>,
     ) -> Readings {
         let speed = |t_s: f64| {
-            let velocity_mps = world.velocity_mps(t_s + faults.clock_s, place_m);
+            let at_s = t_s + faults.ahead_s(t_s - 1.0);
+            let velocity_mps = world.velocity_mps(at_s, place_m(t_s));
             (velocity_mps.norm_squared() + self.ambient_mps * self.ambient_mps).sqrt()
         };
         let lags_s = [self.lowpass_s, faults.lag_s];
@@ -128,7 +173,7 @@ impl Instrument {
                 None => clean,
                 Some((noise, _, random)) => {
                     let read = (1.0 + self.own_gain) * noisy + self.own_offset_mps;
-                    let read = (read + noise.white * random.normal()).min(faults.highest);
+                    let read = (read + noise.white_draw(random)).min(faults.highest);
                     (read.max(0.0) / self.resolution_mps).round() * self.resolution_mps
                 }
             });

@@ -22,8 +22,8 @@ mod route;
 
 pub(crate) use air::{Air, Emitter, Load, Summing, World};
 pub(crate) use bent::stability;
-pub(crate) use draughts::{Flap, Panel, Room, Vent};
-pub(crate) use instrument::{Faults, Instrument, Readings};
+pub(crate) use draughts::{Flap, Panel, Room, Shelf, Vent, Wall};
+pub(crate) use instrument::{Faults, Instrument, Odd, Readings};
 pub(crate) use jet::{Drone, GRAVITY, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, density};
 pub(crate) use noise::{Noise, Seen, detectable};
 pub(crate) use rotor::{Answer, Met};

@@ -14,6 +14,21 @@ pub(crate) struct Noise {
     pub(crate) turbulence: f64,
     /// Memory of that (s).
     pub(crate) memory_s: f64,
+    /// Whether the white part has the tails of Student's law with four degrees of freedom.
+    pub(crate) is_heavy: bool,
+}
+
+impl Noise {
+    /// One draw of the white part: `white` is its standard deviation under either law.
+    pub(crate) fn white_draw(&self, random: &mut Draws) -> f64 {
+        if !self.is_heavy {
+            return self.white * random.normal();
+        }
+        // Student's t of 4 degrees of freedom, variance 2: a normal over the root of a mean of four
+        // squares.
+        let squares: f64 = (0..4).map(|_| random.normal().powi(2)).sum();
+        self.white * random.normal() / (0.25 * squares).sqrt() / 2f64.sqrt()
+    }
 }
 
 /// A gust that remembers: unit variance.
@@ -109,6 +124,7 @@ mod tests {
             white: 0.1,
             turbulence: 0.0,
             memory_s: 1.0,
+            is_heavy: false,
         };
         // A step in the second half, which no offset makes up for.
         let seen: Vec<Seen> = (0..200)
