@@ -5,9 +5,10 @@
 //!
 //! `world`: its air, instruments, drones. `flights`: which drone flies where. `injected`: the
 //! effects. `families`: which goes with which; `drawn`: families that the seed draws, half of
-//! which ([`Half::Unseen`]) are for totals alone. `scene` and `recorded`: what is recorded. [`Truth`],
-//! sealed until there is an [`Answer`]. [`metrics`]: how good the answers are. [`hover_grid`]:
-//! flights over one probe, for calibrations. [`folder`]: a recording as the texts of its folder.
+//! which ([`Half::Unseen`]) are for totals alone. `scene` and `recorded`: what is recorded.
+//! [`Truth`], sealed until there is an [`Answer`]. [`metrics`]: how good the answers are.
+//! [`hover_grid`]: flights over one probe, for calibrations. [`folder`]: a recording as the texts
+//! of its folder.
 //!
 //! ```
 //! use validation::{Answer, Half, prove};
