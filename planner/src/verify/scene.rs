@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use airflow::{Convection, DiscPoints, Flown, Source, Superposition};
+use airflow::{Convection, DiscPoints, FarField, Flown, Source, Superposition};
 use nalgebra::Point3;
 
 use super::bounds::obstacles::{Obstacles, Solid};
@@ -84,6 +84,13 @@ pub(crate) struct Flight {
     pub(crate) wakes: Vec<Arc<BoundedWake>>,
     /// Solids on whose top the wake of each piece may end.
     pub(crate) stops: Vec<Vec<u32>>,
+    /// Lowest and highest height of each piece (m).
+    pub(crate) heights_m: Vec<(f64, f64)>,
+    /// The highest of all (m).
+    pub(crate) top_m: f64,
+    /// Of its wakes the one whose air is the slowest, at any depth: they differ by their speed
+    /// alone, which is that of one airframe.
+    pub(crate) slowest: FarField,
 }
 
 /// What a trajectory is held to that claims to be smooth.

@@ -182,34 +182,54 @@ impl Motion {
 
     /// How far it may be, at most, from its chord over a time window, both at the same time (m).
     pub fn off_chord_m(&self, from_s: f64, until_s: f64) -> f64 {
-        if self.is_straight() {
-            return 0.0;
+        match self.is_straight {
+            true => 0.0,
+            false => off_chord_m(&self.points_m(from_s, until_s)),
         }
-        let [a, b, c, d] = self.points_m(from_s, until_s);
-        let off_m = |inner: Vector3<f64>, on_chord: Vector3<f64>| (inner - on_chord).norm();
-        let first_m = off_m(b, (a * 2.0 + d) / 3.0);
-        0.75 * first_m.max(off_m(c, (a + d * 2.0) / 3.0))
     }
 
-    /// Its chord: straight, from its first place to its last.
-    pub fn chord(&self) -> Motion {
-        if self.is_straight() {
-            return *self;
+    /// Its chord, straight from its first place to its last, and how far it may be from that, at
+    /// most, both at the same time (m).
+    pub fn chord(&self) -> (Motion, f64) {
+        if self.is_straight {
+            return (*self, 0.0);
         }
         let span_s = (self.from_s, self.until_s);
-        let [from_m, to_m] = [self.from_s, self.until_s].map(|t_s| Point3::from(self.at_m(t_s)));
-        Motion::straight(span_s, from_m, to_m)
+        let points_m = self.points_m(self.from_s, self.until_s);
+        let [from_m, .., to_m] = points_m.map(Point3::from);
+        let chord = Motion::straight(span_s, from_m, to_m);
+        (chord, off_chord_m(&points_m))
     }
 
     /// Lowest and highest corner of the box that holds the motion over a time window (m).
     pub fn box_m(&self, from_s: f64, until_s: f64) -> (Vector3<f64>, Vector3<f64>) {
-        let (a, d) = (self.at_m(from_s), self.at_m(until_s));
-        let (low_m, high_m) = (a.inf(&d), a.sup(&d));
-        if self.is_straight() {
-            return (low_m, high_m);
+        if self.is_straight {
+            let (a, d) = (self.at_m(from_s), self.at_m(until_s));
+            return (a.inf(&d), a.sup(&d));
         }
-        let [_, b, c, _] = self.points_m(from_s, until_s);
+        let [a, b, c, d] = self.points_m(from_s, until_s);
+        let (low_m, high_m) = (a.inf(&d), a.sup(&d));
         (low_m.inf(&b).inf(&c), high_m.sup(&b).sup(&c))
+    }
+
+    /// Lowest and highest height of that box (m).
+    pub fn heights_m(&self, from_s: f64, until_s: f64) -> (f64, f64) {
+        let (from_s, until_s) = (from_s - self.from_s, until_s - self.from_s);
+        let (z, vz) = (self.start_m.z, self.velocity_mps.z);
+        if self.is_straight {
+            let (a, d) = (z + vz * from_s, z + vz * until_s);
+            return (a.min(d), a.max(d));
+        }
+        let (bend, jerk) = (self.acceleration_mps2.z, self.jerk_mps3.z);
+        let at_m = |t_s: f64| z + (vz + (bend / 2.0 + jerk * (t_s / 6.0)) * t_s) * t_s;
+        let speed_mps = |t_s: f64| vz + (bend + jerk * (t_s / 2.0)) * t_s;
+        let third_s = (until_s - from_s) / 3.0;
+        let (a, d) = (at_m(from_s), at_m(until_s));
+        let (b, c) = (
+            a + speed_mps(from_s) * third_s,
+            d - speed_mps(until_s) * third_s,
+        );
+        (a.min(d).min(b).min(c), a.max(d).max(b).max(c))
     }
 
     /// An upper bound of its speed (m/s); of a straight motion, the speed.
@@ -259,6 +279,9 @@ impl Motion {
 
     /// Bounds of how fast it climbs (m/s, up positive); equal where it is straight.
     pub fn climb_mps(&self) -> (f64, f64) {
+        if self.is_straight {
+            return (self.velocity_mps.z, self.velocity_mps.z);
+        }
         let climbs = self
             .velocities_mps(self.from_s, self.until_s)
             .map(|it| it.z);
@@ -304,22 +327,31 @@ impl Motion {
     /// When and how near it comes to the origin within a span (s, m), along the axes that count.
     fn nearest(&self, from_s: f64, until_s: f64, counts: Vector3<f64>) -> (f64, f64) {
         let exact_m = |t_s: f64| self.at_m(t_s).component_mul(&counts).norm();
-        let mut best = (from_s, exact_m(from_s));
-        let mut open = vec![self.during(from_s, until_s)];
-        while let Some(part) = open.pop() {
-            let chord = part.chord();
-            let t_s = chord.nearest_s(&counts);
-            let off_m = part.off_chord_m(part.from_s, part.until_s);
-            let chord_m = chord.at_m(t_s).component_mul(&counts).norm();
-            let here_m = exact_m(t_s);
-            if here_m < best.1 || self.is_straight() {
-                best = (t_s, here_m);
-            }
-            if off_m > STRAIGHT_M && chord_m - off_m < best.1 - STRAIGHT_M {
-                open.extend(part.halves());
-            }
+        let whole = self.during(from_s, until_s);
+        if self.is_straight {
+            let t_s = whole.nearest_s(&counts);
+            return (t_s, exact_m(t_s));
         }
+        let mut best = (from_s, exact_m(from_s));
+        whole.nearer(&counts, &exact_m, &mut best);
         best
+    }
+
+    /// Brings down when and how near (s, m) by this part of a cubic of which the exact distances
+    /// are told, the later half first.
+    fn nearer(&self, counts: &Vector3<f64>, exact_m: &impl Fn(f64) -> f64, best: &mut (f64, f64)) {
+        let (chord, off_m) = self.chord();
+        let t_s = chord.nearest_s(counts);
+        let chord_m = chord.at_m(t_s).component_mul(counts).norm();
+        let here_m = exact_m(t_s);
+        if here_m < best.1 {
+            *best = (t_s, here_m);
+        }
+        if off_m > STRAIGHT_M && chord_m - off_m < best.1 - STRAIGHT_M {
+            let [first, second] = self.halves();
+            second.nearer(counts, exact_m, best);
+            first.nearer(counts, exact_m, best);
+        }
     }
 
     /// When a straight motion is nearest to the origin, along the axes that count (s).
@@ -387,8 +419,8 @@ impl Motion {
     /// First and last time in a shape, from what a chord says of the shape widened (m): parts are
     /// halved until they are as good as their chords, widened by no more than a length (m).
     fn inside_s(&self, within_m: f64, of_chord: &InsideOfChord<'_>) -> Option<(f64, f64)> {
-        let off_m = self.off_chord_m(self.from_s, self.until_s);
-        let here = of_chord(&self.chord(), off_m)?;
+        let (chord, off_m) = self.chord();
+        let here = of_chord(&chord, off_m)?;
         if off_m <= within_m {
             return Some(here);
         }
@@ -405,6 +437,14 @@ impl Motion {
         let end_s = (self.from_s + b).min(self.until_s);
         (begin_s <= end_s).then_some((begin_s, end_s))
     }
+}
+
+/// How far a cubic with these Bézier points may be from its chord, at most, both at the same time
+/// (m).
+fn off_chord_m(&[a, b, c, d]: &[Vector3<f64>; 4]) -> f64 {
+    let off_m2 = |inner: Vector3<f64>, on_chord: Vector3<f64>| (inner - on_chord).norm_squared();
+    let first_m2 = off_m2(b, (a * 2.0 + d) / 3.0);
+    0.75 * first_m2.max(off_m2(c, (a + d * 2.0) / 3.0)).sqrt()
 }
 
 /// A motion over a window of time as seen from above.
@@ -522,7 +562,9 @@ mod tests {
             let motion = cubic(k);
             let span_s = (motion.from_s, motion.until_s);
             let (low_m, high_m) = motion.box_m(span_s.0, span_s.1);
-            let (off_m, chord) = (motion.off_chord_m(span_s.0, span_s.1), motion.chord());
+            let (chord, off_m) = motion.chord();
+            assert_eq!(off_m, motion.off_chord_m(span_s.0, span_s.1));
+            assert_eq!(motion.heights_m(span_s.0, span_s.1), (low_m.z, high_m.z));
             let level = motion.level_path(span_s.0, span_s.1);
             let half_path_m = motion.half_path_m(span_s.0, span_s.1);
             let middle_m = motion.at_m(0.5 * (span_s.0 + span_s.1));

@@ -49,9 +49,8 @@ impl Shifted {
     /// Both motions over their spans, the clock of the other ahead by at least and at most so much
     /// (s); `None`: no two moments of them are so far apart.
     pub fn new(one: &Motion, other: &Motion, shift_s: (f64, f64)) -> Option<Shifted> {
-        let off_m = one.off_chord_m(one.from_s, one.until_s)
-            + other.off_chord_m(other.from_s, other.until_s);
-        let (one, other) = (one.chord(), other.chord());
+        let [(one, one_off_m), (other, other_off_m)] = [one.chord(), other.chord()];
+        let off_m = one_off_m + other_off_m;
         let since_s = one.from_s;
         let (t_s, u_s) = (
             (0.0, one.until_s - since_s),

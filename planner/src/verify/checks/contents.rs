@@ -8,8 +8,7 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use airflow::Flown;
-use airflow::Superposition;
+use airflow::{FarField, Flown, Superposition};
 use nalgebra::Point3;
 
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
@@ -354,6 +353,17 @@ fn flight(
         scene.obstacles.that_may_stop(&wake.wake, &places_m)
     });
     let stops = stops.collect();
+    let heights = trajectory.pieces().iter().map(|piece| {
+        let motion = &piece.motion;
+        motion.heights_m(motion.from_s, motion.until_s)
+    });
+    let heights_m: Vec<(f64, f64)> = heights.collect();
+    let tops_m = heights_m.iter().map(|(_, high_m)| *high_m);
+    let top_m = tops_m.fold(f64::NEG_INFINITY, f64::max);
+    let takes_s = |far: &FarField| far.transport_time_s(1.0, 1.0);
+    let fars = wakes.iter().map(|it| *it.wake.far_field());
+    let slowest = fars.max_by(|a, b| takes_s(a).total_cmp(&takes_s(b)));
+    let slowest = slowest.unwrap_or(*hovering.wake.far_field());
     let until_s = match drone.airborne_s {
         (_, None) if stays => f64::INFINITY,
         (_, None) => trajectory.last_s(),
@@ -379,6 +389,9 @@ fn flight(
         discs,
         wakes,
         stops,
+        heights_m,
+        top_m,
+        slowest,
         trajectory,
     };
     Ok((flight, doubts))

@@ -18,7 +18,7 @@ use crate::plan::trajectory::Motion;
 use crate::plan::{ViolationKind, Zone};
 use crate::verify::bounds::obstacles::Obstacles;
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
-use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, superpose};
+use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches, superpose};
 use crate::verify::time::advected::Advected;
 use crate::verify::time::spans::{between, join};
 use crate::verify::violation::{Found, Worst};
@@ -66,6 +66,12 @@ const MOST_STEPS: f64 = 100_000.0;
 /// Steps where the air is only told, chosen here: half an hour of flight at 1 m/s, and in all a
 /// second or two of work; of longer flights they are longer.
 const MOST_STEPS_TOLD: f64 = 20_000.0;
+/// So many wakes that bring the most to a part are looked at in its middle before all are, chosen
+/// here: few count at one place.
+const FOREMOST: usize = 6;
+/// What the wakes of a part bring by its bounds counts this many times in that, chosen here: far
+/// more than air that left within [`Advected`]'s shortest span makes of it.
+const ROUNDING: f64 = 1.001;
 /// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
 /// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
 /// more would help.
@@ -255,6 +261,7 @@ impl<'a> Late<'a> {
                 }
                 let decided = Above {
                     limit_mps,
+                    known_mps: limit_mps,
                     most_parts: (*left / cost).clamp(FEWEST_PARTS, MOST_PARTS),
                     is_decided: true,
                 };
@@ -301,6 +308,7 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
         }
         let above = Above {
             limit_mps: known_mps,
+            known_mps: worst.map_or(FAINTEST_WAKE_MPS, |(peak, _)| peak.air_mps),
             most_parts: (left / air.cost).clamp(FEWEST_PARTS_TOLD, PARTS_TOLD),
             is_decided: false,
         };
@@ -344,6 +352,7 @@ fn over_limit(
         }
         let decided = Above {
             limit_mps,
+            known_mps: limit_mps,
             most_parts: (left / air.cost).clamp(FEWEST_PARTS, MOST_PARTS),
             is_decided: true,
         };
@@ -598,6 +607,8 @@ pub(crate) struct Field<'a> {
 struct Above {
     /// Air above this (m/s).
     limit_mps: f64,
+    /// Air up to this changes nothing in the answer (m/s).
+    known_mps: f64,
     /// Parts looked at.
     most_parts: usize,
     /// What may be above it counts as found when there are no more; otherwise it is left.
@@ -608,7 +619,7 @@ struct Above {
 struct Search {
     /// The highest air, if it violates the limit.
     peak: Option<Peak>,
-    /// No air is faster (m/s), but in parts that are judged by their middle.
+    /// No air is faster (m/s), but what is known, and in parts that are judged by their middle.
     at_most_mps: f64,
     /// How many parts were made.
     parts: usize,
@@ -623,6 +634,18 @@ struct Part {
     places_m: Places,
     /// From, until (s).
     span_s: Span,
+    /// The wakes that count most in it.
+    foremost: Foremost,
+}
+
+/// The wakes that may bring the most to a part, and an upper bound of all others.
+#[derive(Clone, Copy, Default)]
+struct Foremost {
+    /// Indices in the list of all wakes, and the bounds of each (m/s); the first `count` of them.
+    wakes: [(usize, (f64, f64)); FOREMOST],
+    count: usize,
+    /// From above, gathered, and along the floor (m/s).
+    others: (f64, f64),
 }
 
 impl Field<'_> {
@@ -691,8 +714,9 @@ impl Field<'_> {
         let along_mps = self.along_mps(&wake.wake, &from_m, places_m);
         let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
         let heights_m = (places_m.0.z, places_m.1.z);
-        let reaches = attached.reaches(self.obstacles, heights_m, span_s).1;
-        if offsets_m.0.z >= 0.0 || !reaches {
+        let may_reach =
+            |it: &Attached<'_>| reaches(it.wake, it.stops, &from_m, self.obstacles, heights_m).1;
+        if offsets_m.0.z >= 0.0 || !may_reach(attached) {
             return (0.0, along_mps);
         }
         let centre_m = 0.5 * (places_m.0 + places_m.1);
@@ -710,10 +734,64 @@ impl Field<'_> {
 
     /// An upper bound of all wakes over places and a span of time (m/s).
     fn together_mps(&self, all: &[&Downwash<'_>], places_m: &Places, span_s: Span) -> f64 {
+        self.bounded(all, places_m, span_s).0
+    }
+
+    /// The same, and the wakes that bring the most to it.
+    fn bounded(&self, all: &[&Downwash<'_>], places_m: &Places, span_s: Span) -> (f64, Foremost) {
         let highs = all.iter().map(|it| self.highs_mps(it, places_m, span_s));
-        let highs: Vec<(f64, f64)> = highs.collect();
-        let above_mps = superpose(self.superposition, highs.iter().map(|(above, _)| *above));
-        above_mps.hypot(highs.iter().map(|(_, along)| along).sum())
+        let mut highs: Vec<(f64, f64)> = highs.collect();
+        let how = self.superposition;
+        let above_mps = superpose(how, highs.iter().map(|(above, _)| *above));
+        let high_mps = above_mps.hypot(highs.iter().map(|(_, along)| along).sum());
+        let mut foremost = Foremost::default();
+        let alone_mps = |it: &(f64, f64)| it.0.hypot(it.1);
+        while foremost.count < FOREMOST.min(all.len()) {
+            let strongest = (highs.iter().map(alone_mps).enumerate())
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .map_or(0, |(k, _)| k);
+            let (above_mps, along_mps) = std::mem::take(&mut highs[strongest]);
+            let bounds = (above_mps * ROUNDING, along_mps * ROUNDING);
+            foremost.wakes[foremost.count] = (strongest, bounds);
+            foremost.count += 1;
+        }
+        for (above_mps, along_mps) in highs {
+            foremost.others.0 = how.gather(foremost.others.0, above_mps * ROUNDING);
+            foremost.others.1 += along_mps * ROUNDING;
+        }
+        (high_mps, foremost)
+    }
+
+    /// Whether all wakes at one place and time of a part may be more than is known (m/s): those
+    /// that count most one after the other by their bounds there, then as they are.
+    fn may_exceed(
+        &self,
+        (all, foremost): (&[&Downwash<'_>], &Foremost),
+        t_s: f64,
+        place_m: Point3<f64>,
+        known_mps: f64,
+    ) -> bool {
+        let how = self.superposition;
+        let there_m = (place_m.coords, place_m.coords);
+        let mut wakes = foremost.wakes;
+        let wakes = &mut wakes[..foremost.count];
+        let mut exceeds_with = |n: usize, is_exact: bool| {
+            let it = all[wakes[n].0];
+            let (above_mps, along_mps) = match is_exact {
+                true => {
+                    let (above_mps, along_mps) = self.one_mps(it, t_s, place_m);
+                    (above_mps, along_mps.norm())
+                }
+                false => self.highs_mps(it, &there_m, (t_s, t_s)),
+            };
+            wakes[n].1 = (above_mps * ROUNDING, along_mps * ROUNDING);
+            let together = wakes.iter().fold(foremost.others, |so_far, (_, it)| {
+                (how.gather(so_far.0, it.0), so_far.1 + it.1)
+            });
+            how.finish(together.0).hypot(together.1) > known_mps
+        };
+        let count = foremost.count;
+        (0..count).all(|n| exceeds_with(n, false)) && (0..count).all(|n| exceeds_with(n, true))
     }
 
     /// One wake at one place and time: from above (m/s), and along the floor (m/s, x and y).
@@ -772,6 +850,7 @@ impl Field<'_> {
     ) -> Option<Peak> {
         let decided = Above {
             limit_mps,
+            known_mps: limit_mps,
             most_parts: MOST_PARTS,
             is_decided: true,
         };
@@ -787,10 +866,14 @@ impl Field<'_> {
         above: Above,
     ) -> Search {
         let limit_mps = above.limit_mps;
-        let bound = |places_m, span_s, at_most_mps: f64| Part {
-            high_mps: self.together_mps(all, &places_m, span_s).min(at_most_mps),
-            places_m,
-            span_s,
+        let bound = |places_m, span_s, at_most_mps: f64| {
+            let (high_mps, foremost) = self.bounded(all, &places_m, span_s);
+            Part {
+                high_mps: high_mps.min(at_most_mps),
+                places_m,
+                span_s,
+                foremost,
+            }
         };
         // Bits of numbers from 0 on are in the order of the numbers; of equal ones the first
         // counts.
@@ -816,16 +899,18 @@ impl Field<'_> {
                 open_mps = part.high_mps;
                 break;
             }
-            let air_mps = match given_up {
-                true => part.high_mps,
-                false => self.at_mps(all, t_s, place_m),
-            };
-            if best.is_none_or(|peak| air_mps > peak.air_mps) {
-                best = Some(Peak {
+            let known_mps = best.map_or(above.known_mps, |it| it.air_mps);
+            if given_up || self.may_exceed((all, &part.foremost), t_s, place_m, known_mps) {
+                let air_mps = match given_up {
+                    true => part.high_mps,
+                    false => self.at_mps(all, t_s, place_m),
+                };
+                let here = Peak {
                     air_mps,
                     t_s,
                     place_m,
-                });
+                };
+                best = Some(here).filter(|it| it.air_mps > known_mps).or(best);
             }
             if given_up {
                 break;

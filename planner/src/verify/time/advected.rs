@@ -37,6 +37,10 @@ const FINE: f64 = 0.25;
 /// here.
 const SHRUNK: f64 = 0.7;
 
+/// Air that is over earlier than this before it is asked for does not count (s), chosen here: far
+/// above rounding.
+const ROUNDING_S: f64 = 1e-6;
+
 /// Air that left along a path is bounded in boxes of so much of it (m), chosen here: the half-width
 /// of a wake some metres down. What arrives at one moment below a drone that sinks as fast as its
 /// air left along metres of its path.
@@ -266,11 +270,13 @@ impl<'a> Advected<'a> {
             is_moment: true,
         };
         let mut found = Vec::new();
-        if begins_s >= ends_s || span_s.1 < begins_s {
+        let deepest_m = self.flight.top_m - heights_m.0;
+        if begins_s >= ends_s || span_s.1 < begins_s || deepest_m <= 0.0 {
             return found;
         }
         let pieces = self.flight.trajectory.pieces();
-        let since_s = span_s.0 - self.longest_lag_s;
+        let slowest_s = self.lags.1 * self.flight.slowest.transport_time_s(deepest_m, 1.0);
+        let since_s = span_s.0 - self.longest_lag_s.min(slowest_s + ROUNDING_S);
         let first = pieces.partition_point(|piece| piece.motion.until_s < since_s.max(begins_s));
         let mut before: Option<(usize, &Piece)> = None;
         for (k, piece) in pieces.iter().enumerate().skip(first) {
@@ -279,9 +285,16 @@ impl<'a> Advected<'a> {
             if from_s > until_s {
                 break;
             }
+            // What is over before the span, wherever in the piece it left.
+            let most_m = self.flight.heights_m[k].1 - heights_m.0;
+            let over_s = until_s + self.lags.1 * self.lag_s(k, most_m);
+            if most_m <= 0.0 || over_s < span_s.0 - ROUNDING_S {
+                before = Some((k, piece));
+                continue;
+            }
             let at_s = (from_s, from_s);
-            let (_, high_m) = depths_m(piece, at_s, heights_m);
             if piece.motion.from_s <= begins_s {
+                let (_, high_m) = depths_m(piece, at_s, heights_m);
                 // It is at its beginning: air older than that came from there.
                 if high_m > 0.0 && span_s.0 - self.lags.1 * self.lag_s(k, high_m) <= begins_s {
                     found.push(moment(k, at_s));
@@ -291,13 +304,19 @@ impl<'a> Advected<'a> {
             {
                 // Between the last air of one piece and the first of the next.
                 let (low_m, _) = depths_m(last, at_s, heights_m);
+                let (_, high_m) = depths_m(piece, at_s, heights_m);
                 let first_s = from_s + self.lags.0 * self.lag_s(earlier, low_m);
                 let last_s = from_s + self.lags.1 * self.lag_s(k, high_m);
                 if high_m > 0.0 && first_s <= span_s.1 && span_s.0 <= last_s {
                     found.extend([moment(earlier, at_s), moment(k, at_s)]);
                 }
             }
-            let (low_m, high_m) = depths_m(piece, (from_s, until_s), heights_m);
+            let leaves = (from_s, until_s);
+            let whole = (piece.motion.from_s, piece.motion.until_s);
+            let (low_m, high_m) = match leaves == whole {
+                true => below_m(self.flight.heights_m[k], heights_m),
+                false => depths_m(piece, leaves, heights_m),
+            };
             let extent_m = heights_m.1 - heights_m.0;
             let deep_s = self.lag_s(k, high_m);
             let of_heights_s = deep_s - self.lag_s(k, (high_m - extent_m).max(low_m));
@@ -307,22 +326,22 @@ impl<'a> Advected<'a> {
                 heights_m,
                 shortest_s: (FINE * (span_s.1 - span_s.0).max(spread_s)).max(SHORTEST_S),
             };
-            self.divide(k, (from_s, until_s), arrival, &mut found);
+            self.divide(k, (leaves, (low_m, high_m)), arrival, &mut found);
             before = Some((k, piece));
         }
         found
     }
 
-    /// Appends the parts of a span of leaving, within one piece, that may arrive in time.
+    /// Appends the parts of a span of leaving, within one piece, that may arrive in time; the
+    /// depths of what it arrives at are known (m).
     fn divide(
         &self,
         k: usize,
-        (from_s, until_s): Span,
+        ((from_s, until_s), (low_m, high_m)): (Span, (f64, f64)),
         arrival: Arrival,
         found: &mut Vec<Emission>,
     ) {
         let piece = &self.flight.trajectory.pieces()[k];
-        let (low_m, high_m) = depths_m(piece, (from_s, until_s), arrival.heights_m);
         if high_m <= 0.0 {
             return;
         }
@@ -347,12 +366,13 @@ impl<'a> Advected<'a> {
             }
             return;
         }
+        let with_depths = |span_s: Span| (span_s, depths_m(piece, span_s, arrival.heights_m));
         if length_s < SHRUNK * (until_s - from_s) {
-            return self.divide(k, cut_s, arrival, found);
+            return self.divide(k, with_depths(cut_s), arrival, found);
         }
         let middle_s = 0.5 * (cut_s.0 + cut_s.1);
-        self.divide(k, (cut_s.0, middle_s), arrival, found);
-        self.divide(k, (middle_s, cut_s.1), arrival, found);
+        self.divide(k, with_depths((cut_s.0, middle_s)), arrival, found);
+        self.divide(k, with_depths((middle_s, cut_s.1)), arrival, found);
     }
 
     /// How long the air of a piece takes down to a depth at the centreline's speed (s).
@@ -364,6 +384,10 @@ impl<'a> Advected<'a> {
 
 /// Depths of heights (m) below the drone during a span of one piece.
 fn depths_m(piece: &Piece, span_s: Span, heights_m: (f64, f64)) -> (f64, f64) {
-    let (low_m, high_m) = piece.motion.box_m(span_s.0, span_s.1);
-    (low_m.z - heights_m.1, high_m.z - heights_m.0)
+    below_m(piece.motion.heights_m(span_s.0, span_s.1), heights_m)
+}
+
+/// Least and greatest depth of heights below a drone that is between two heights (m).
+fn below_m(drone_m: (f64, f64), heights_m: (f64, f64)) -> (f64, f64) {
+    (drone_m.0 - heights_m.1, drone_m.1 - heights_m.0)
 }
