@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::contents;
-use super::shifted_air::{Emitter, Part, Slice, slices};
+use super::shifted_air::{Emitter, Part, Slice, exceeds, slices, within_reach_s};
 use super::shifted_pairs::{Broken, Pair};
 use super::zone;
 use crate::plan::{Plan, ViolationKind, Zone};
@@ -44,9 +44,18 @@ pub fn of_all(plan: &Plan) -> Vec<Option<Lateness>> {
 /// The same of a plan with so many drones, as it was read.
 pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>> {
     let near = encounters(scene, LATEST_S);
-    let flights = scene.flights.par_iter().enumerate();
-    let judged: Vec<(usize, Lateness)> = flights
-        .map(|(k, flight)| (flight.index, lateness(scene, &near, k)))
+    let on_time = encounters(scene, 0.0);
+    let flights = || scene.flights.par_iter().enumerate();
+    let fleet = Fleet {
+        scene,
+        near: &near,
+        is_over: (flights().zip(&on_time))
+            .map(|((_, flight), near)| exceeds(scene, near, flight))
+            .collect(),
+        on_time: &on_time,
+    };
+    let judged: Vec<(usize, Lateness)> = flights()
+        .map(|(k, flight)| (flight.index, fleet.lateness(k)))
         .collect();
     let mut by_drone = vec![None; drones];
     for (index, lateness) in judged {
@@ -55,58 +64,91 @@ pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>
     by_drone
 }
 
-/// How late a flight may be; `near` are the encounters of all flights whose clocks differ by up to
-/// [`LATEST_S`].
-fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
-    let mut known = Lateness {
-        late_s: LATEST_S,
-        breaks: None,
-    };
-    let late = &scene.flights[k];
-    let others = near[k].chunk_by(|a, b| a.other == b.other);
-    let others: Vec<&[Encounter]> = others.collect();
-    for same in &others {
-        if known.late_s <= 0.0 {
-            return known;
-        }
-        let other = &scene.flights[same[0].other];
-        known.by_pair(scene, (late, same), (other, &with(near, same[0].other, k)));
-    }
-    for slice in slices(scene, &near[k], late, f64::INFINITY) {
-        // All others are ahead by the same.
-        let ahead = slice.met.iter().map(|&from| Emitter::new(from, 0));
-        let shift_s = (0.0, known.late_s);
-        known.by_air(&slice, ahead.collect(), shift_s, late);
-    }
-    for same in others {
-        let receiver = &scene.flights[same[0].other];
-        let together = with(near, same[0].other, k);
-        let is_met = |span_s: Span| {
-            together
-                .iter()
-                .any(|it| it.span_s.0 < span_s.1 && it.span_s.1 > span_s.0)
+/// All flights, and which of them meet.
+struct Fleet<'a> {
+    scene: &'a Scene<'a>,
+    /// The encounters of each whose clock differs from another's by up to [`LATEST_S`].
+    near: &'a [Vec<Encounter>],
+    /// Those of each with all on time.
+    on_time: &'a [Vec<Encounter>],
+    /// Whether each exceeds its limit of air on time.
+    is_over: Vec<bool>,
+}
+
+impl Fleet<'_> {
+    /// How late a flight may be.
+    fn lateness(&self, k: usize) -> Lateness {
+        let (scene, near) = (self.scene, self.near);
+        let mut known = Lateness {
+            late_s: LATEST_S,
+            breaks: None,
         };
-        for slice in slices(scene, &near[same[0].other], receiver, f64::INFINITY) {
-            if !is_met(slice.span_s) {
+        let late = &scene.flights[k];
+        let others = near[k].chunk_by(|a, b| a.other == b.other);
+        let others: Vec<&[Encounter]> = others.collect();
+        for same in &others {
+            if known.late_s <= 0.0 {
+                return known;
+            }
+            let other = &scene.flights[same[0].other];
+            known.by_pair(scene, (late, same), (other, with(near, same[0].other, k)));
+        }
+        for slice in slices(scene, &near[k], late, f64::INFINITY) {
+            // All others are ahead by the same.
+            let ahead = slice.met.iter().map(|&from| Emitter::new(from, 0));
+            let shift_s = (0.0, known.late_s);
+            known.by_air(&slice, ahead.collect(), shift_s, late);
+        }
+        for same in others {
+            self.below(k, same[0].other, &mut known);
+        }
+        for zone in &scene.zones {
+            known.by_zone(scene, zone, k);
+        }
+        known
+    }
+
+    /// The air of another flight with this one late, all others on time.
+    fn below(&self, k: usize, other: usize, known: &mut Lateness) {
+        let (scene, receiver) = (self.scene, &self.scene.flights[other]);
+        let together = with(self.near, other, k);
+        let counts_s: Vec<Span> = match self.is_over[other] {
+            true => together.iter().map(|it| it.span_s).collect(),
+            // Where the late one's air does not count the others' is in order.
+            false => {
+                let shift_s = (-known.late_s, 0.0);
+                within_reach_s(scene, receiver, together, (k, shift_s))
+            }
+        };
+        let ends = counts_s.first().zip(counts_s.last());
+        let Some((&(from_s, _), &(_, until_s))) = ends else {
+            return;
+        };
+        let overlaps = |it: &Encounter| it.span_s.0 <= until_s && it.span_s.1 >= from_s;
+        let near = self.near[other].iter().copied().filter(overlaps);
+        let near: Vec<Encounter> = near.collect();
+        for slice in slices(scene, &near, receiver, f64::INFINITY) {
+            let meets = |span_s: &Span| span_s.0 < slice.span_s.1 && span_s.1 > slice.span_s.0;
+            if !counts_s.iter().any(meets) {
                 continue;
             }
-            let on_time = slice.met.iter().filter(|from| **from != k);
+            let on_time = slice.met.iter().filter(|&&from| {
+                let mut spans = with(self.on_time, other, from).iter().map(|it| it.span_s);
+                from != k && spans.any(|span_s| meets(&span_s))
+            });
             let on_time = on_time.map(|&from| Emitter::new(from, 1));
             let behind = std::iter::once(Emitter::new(k, 0));
             let shift_s = (-known.late_s, 0.0);
             known.by_air(&slice, behind.chain(on_time).collect(), shift_s, receiver);
         }
     }
-    for zone in &scene.zones {
-        known.by_zone(scene, zone, k);
-    }
-    known
 }
 
 /// The encounters of one flight with another.
-fn with(near: &[Vec<Encounter>], one: usize, other: usize) -> Vec<Encounter> {
-    let all = near[one].iter().filter(|it| it.other == other);
-    all.copied().collect()
+fn with(near: &[Vec<Encounter>], one: usize, other: usize) -> &[Encounter] {
+    let from = near[one].partition_point(|it| it.other < other);
+    let rest = &near[one][from..];
+    &rest[..rest.partition_point(|it| it.other == other)]
 }
 
 impl Lateness {

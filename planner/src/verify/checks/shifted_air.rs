@@ -226,6 +226,35 @@ pub(super) fn exceeds(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) 
     over.any(|moment| moment.is_some())
 }
 
+/// The spans within pieces of a receiver and some encounters (s) in which the wake of one flight
+/// may count at some shift of its clock (s).
+pub(super) fn within_reach_s(
+    scene: &Scene<'_>,
+    receiver: &Flight,
+    near: &[Encounter],
+    (from, shift_s): (usize, Span),
+) -> Vec<Span> {
+    let parts = near.iter().flat_map(|it| receiver.parts(it.span_s));
+    let within = parts.filter(|it| it.flies).filter_map(|it| {
+        let exposed = Exposed {
+            scene,
+            receiver,
+            motion: it.motion,
+            u_h_mps: receiver.wakes[it.piece].wake.hover_velocity_mps(),
+            together_s: f64::INFINITY,
+        };
+        let part = Part {
+            span_s: (it.motion.from_s, it.motion.until_s),
+            shifts_s: vec![shift_s],
+            lags: scene.lags(),
+            emitters: Vec::new(),
+        };
+        let high_mps = exposed.rough_mps(&part, Emitter::new(from, 0));
+        (high_mps > FAINTEST_WAKE_MPS).then_some(part.span_s)
+    });
+    within.collect()
+}
+
 /// A span of the receiver's time within one of its pieces, and the flights near it.
 pub(super) struct Slice<'a> {
     /// The receiver in it.
