@@ -1,5 +1,6 @@
 //! One file for each subcommand: its arguments, what it asks the libraries, and its answer.
 
+mod applied;
 pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod check;

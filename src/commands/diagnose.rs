@@ -5,26 +5,29 @@ pub(crate) mod flights;
 pub(crate) mod hardware;
 mod words;
 
+use std::path::PathBuf;
+
 use clap::Args;
 use diagnosis::campaign::diagnose_campaign;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
 use diagnosis::infer::finding::{Finding, Verdict};
-use diagnosis::infer::finding_file::finding_ron;
+use diagnosis::infer::finding_file::{FindingFile, finding_ron, read_finding};
 use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
-use super::by_name;
 use super::recordings::{Asked, Printed};
+use super::{applied, by_name};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
 use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::page;
-use crate::report::sections::Report;
+use crate::report::sections::{Part, Report};
 use crate::report::words::channel_words;
 use flights::Flights;
+pub(crate) use words::amount;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -52,7 +55,16 @@ pub(crate) struct Arguments {
     /// over hover, its power over that without a wake [default: speed, else throttle]
     #[arg(long, value_parser = by_name(&COMPARED, |channel| channel_words(channel).file_stem))]
     channel: Option<Channel>,
+    /// Instead of a diagnosis: hold a finding (finding.ron) from other recordings against these
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["alone", "near_floor", "normal", "judge"])]
+    finding: Option<PathBuf>,
+    /// Then hold what was found against these recordings as well
+    #[arg(long, value_name = "RECORDING", num_args = 1.., conflicts_with = "normal")]
+    judge: Vec<PathBuf>,
 }
+
+/// Of a judgement of a finding, in `judged.json`.
+const JUDGED: (&str, usize, &str) = ("judged.json", 3, "judged/1");
 
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "diagnosis.json";
@@ -67,6 +79,11 @@ const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Powe
 /// flights held out.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (recordings, name) = arguments.asked.read()?;
+    if let Some(finding) = &arguments.finding {
+        let finding = applied::read(finding)?;
+        let asked = (&arguments.asked, arguments.channel);
+        return judge(asked, &recordings, Vec::new(), (&name, &finding));
+    }
     let logs = recordings.iter().filter(|one| is_log(one)).count();
     let are_logs = logs > 0 && logs == recordings.len();
     let format = arguments.asked.format;
@@ -74,7 +91,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         (true, Some(normal)) => {
             return hardware::run(format, &recordings, (normal, &arguments.drones));
         }
-        (true, None) => return run_flights(arguments, &recordings, &name),
+        (true, None) => {
+            let (answer, found) = run_flights(arguments, &recordings, &name)?;
+            return judge_others(arguments, recordings, (&name, &found), answer);
+        }
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
             let others = recordings.len() - logs;
             return Err(Failure::NotOnlyFlightLogs { others });
@@ -94,7 +114,67 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::Diagnose(errors));
     }
     let are_explained = found.iter().all(|(_, finding)| is_explained(finding));
-    Ok(Answer::from(are_explained))
+    let answer = Answer::from(are_explained);
+    match found.as_slice() {
+        [(_, finding)] => judge_others(arguments, Vec::new(), (&name, finding), answer),
+        _ if arguments.judge.is_empty() => Ok(answer),
+        several => Err(Failure::SeveralToJudge(several.len())),
+    }
+}
+
+/// What was found, held against the recordings named with `--judge`; `own` serve the thrust maps.
+fn judge_others(
+    arguments: &Arguments,
+    own: Vec<Recording>,
+    (name, finding): (&str, &Finding),
+    answer: Answer,
+) -> Result<Answer, Failure> {
+    if arguments.judge.is_empty() {
+        return Ok(answer);
+    }
+    let file = read_finding(&finding_ron(finding)).map_err(|error| Failure::Finding {
+        path: "finding.ron".into(),
+        error,
+    })?;
+    let others = arguments.asked.read_others(&arguments.judge)?;
+    let from = own.len();
+    let recordings = [own, others].concat();
+    let judged = (from..recordings.len()).collect();
+    let folder = arguments.asked.folder(name, MAIN)?.path.join("judged");
+    let asked = arguments.asked.after(folder);
+    let helps = judge(
+        (&asked, arguments.channel),
+        &recordings,
+        judged,
+        (name, &file),
+    )?;
+    Ok(answer.and(helps))
+}
+
+/// A finding held against recordings: answers no where it predicts them no better.
+fn judge(
+    (asked, channel): (&Asked, Option<Channel>),
+    recordings: &[Recording],
+    judged: Vec<usize>,
+    (name, finding): (&str, &FindingFile),
+) -> Result<Answer, Failure> {
+    let progress = Progress::start("judging a finding", 1);
+    let applied = applied::judge(recordings, judged, channel, finding)?;
+    progress.finish();
+    let helps = applied::helps(&applied);
+    let title = match helps {
+        true => format!("{name}: the finding predicts these recordings better"),
+        false => format!("{name}: the finding does not predict these recordings better"),
+    };
+    let mut report = Report::new(title, applied::lead(recordings, &applied));
+    applied::section(&mut report, &applied, &finding.names);
+    let figures = applied::figures(name, recordings, &applied).into_iter();
+    report.section(
+        "Residuals before and after",
+        figures.map(Part::Figure).collect(),
+    );
+    asked.deliver((name, &report), JUDGED, &applied, Vec::new())?;
+    Ok(Answer::from(helps))
 }
 
 fn is_explained(finding: &Finding) -> bool {
@@ -102,7 +182,11 @@ fn is_explained(finding: &Finding) -> bool {
 }
 
 /// Flight logs of one campaign, by the vertical forces on their drones.
-fn run_flights(asked: &Arguments, logs: &[Recording], name: &str) -> Result<Answer, Failure> {
+fn run_flights(
+    asked: &Arguments,
+    logs: &[Recording],
+    name: &str,
+) -> Result<(Answer, Finding), Failure> {
     let options = flights::options(logs, asked.alone, asked.near_floor)?;
     let progress = Progress::start("diagnosing flights together", 1);
     let found = diagnose_campaign(logs, &options)?;
@@ -110,7 +194,7 @@ fn run_flights(asked: &Arguments, logs: &[Recording], name: &str) -> Result<Answ
     let report = flights::report(name, &found, &options);
     let answer = Flights::of(&found, logs);
     deliver(&asked.asked, (name, &report), &found.finding, &answer)?;
-    Ok(Answer::from(is_explained(&found.finding)))
+    Ok((Answer::from(is_explained(&found.finding)), found.finding))
 }
 
 /// Writes and prints one finding; `answer` is what programs read of it. Rows count from 0 and are
@@ -167,7 +251,7 @@ fn report(recording: &Recording, finding: &Finding) -> Report {
 }
 
 /// Whether it can only be judged by the forces on its drones.
-fn is_log(recording: &Recording) -> bool {
+pub(crate) fn is_log(recording: &Recording) -> bool {
     let logs_motors = |vehicle: &Vehicle| vehicle.track.duty.is_some();
     recording.probes.is_none()
         && recording.receivers.is_empty()

@@ -14,7 +14,7 @@ use crate::report::page;
 use crate::report::sections::Report;
 use crate::report::words::wrote;
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub(crate) struct Asked {
     /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg), or folders of
     /// either
@@ -32,6 +32,9 @@ pub(crate) struct Asked {
     /// out/COMMAND/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Whether the answer is written and not printed.
+    #[arg(skip)]
+    is_silent: bool,
 }
 
 /// An answer as programs read it: its format, its fields, and with them what was written.
@@ -51,6 +54,21 @@ impl Asked {
         let first = recordings.first().map_or("recordings", |first| &first.name);
         let name = recordings::name_of(&self.recordings, first);
         Ok((recordings, name))
+    }
+
+    /// More recordings, read with the same campaign file.
+    pub(crate) fn read_others(&self, paths: &[PathBuf]) -> Result<Vec<Recording>, Failure> {
+        recordings::read_all(paths, self.meta.as_deref())
+    }
+
+    /// The same for what follows an answer, in a folder below its own; of several JSON objects the
+    /// first alone is printed.
+    pub(crate) fn after(&self, folder: PathBuf) -> Asked {
+        Asked {
+            out: Some(folder),
+            is_silent: matches!(self.format, Format::Json),
+            ..self.clone()
+        }
     }
 
     /// The folder for what a run of this name writes, by its main file.
@@ -78,6 +96,9 @@ impl Asked {
         texts.push((file.to_owned(), json(&[])));
         texts.extend(page::files(report));
         let files = files::write_below(&self.folder(name, file)?.path, texts)?;
+        if self.is_silent {
+            return Ok(());
+        }
         print(&match self.format {
             Format::Text => report.text() + &wrote(&files),
             Format::Json => json(&files),

@@ -7,16 +7,21 @@ mod skill;
 mod words;
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use clap::Args;
+use diagnosis::campaign::Applied;
 use diagnosis::forward::residuals::by_region;
 use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::infer::finding_file::FindingFile;
 use diagnosis::record::recording::Recording;
 
+use super::applied;
 use super::recordings::Asked;
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots;
+use crate::report::sections::{Figure, Part};
 use crate::report::words::channel_words;
 use simulated::{Printed, Simulated, simulate_all};
 
@@ -28,10 +33,29 @@ pub(crate) struct Arguments {
     /// clocks
     #[arg(long)]
     held_out: bool,
+    /// Also simulate with a finding (finding.ron) from other recordings: errors before and after,
+    /// by flight
+    #[arg(long, value_name = "FILE")]
+    finding: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (mut recordings, name) = arguments.asked.read()?;
+    let finding = arguments
+        .finding
+        .as_deref()
+        .map(applied::read)
+        .transpose()?;
+    let judged = |finding: &FindingFile| {
+        let judged = applied::judge(&recordings, Vec::new(), None, finding)?;
+        let figures = applied::figures(&name, &recordings, &judged);
+        Ok::<_, Failure>((judged, figures))
+    };
+    let judged = finding.as_ref().map(judged).transpose()?;
+    let (judged, more_figures): (Option<Applied>, Vec<Figure>) = match judged {
+        Some((judged, figures)) => (Some(judged), figures),
+        None => (None, Vec::new()),
+    };
     let thrust_maps = forces::identify_all(&mut recordings);
     let held_out = arguments
         .held_out
@@ -57,9 +81,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         regions: by_region(&first.recording, &samples),
         thrust_maps,
         held_out,
+        applied: judged,
         remarks: all.iter().flat_map(Simulated::remarks).collect(),
     };
-    let report = words::report(&name, &all, &printed, figures);
+    let mut report = words::report(&name, &all, &printed, figures);
+    if let (Some(judged), Some(finding)) = (&printed.applied, &finding) {
+        applied::section(&mut report, judged, &finding.names);
+        let more = more_figures.into_iter().map(Part::Figure);
+        report.section("Residuals before and after", more.collect());
+    }
     let channels: BTreeSet<Channel> = samples.iter().map(|sample| sample.channel).collect();
     let table = |channel| {
         let file = format!("{}.csv", channel_words(channel).file_stem);

@@ -29,6 +29,13 @@ impl From<bool> for Answer {
     }
 }
 
+impl Answer {
+    /// Yes where both are.
+    pub(crate) fn and(self, other: Answer) -> Answer {
+        Answer::from(self == Answer::Yes && other == Answer::Yes)
+    }
+}
+
 impl From<Answer> for ExitCode {
     fn from(answer: Answer) -> ExitCode {
         ExitCode::from(u8::from(answer == Answer::No))

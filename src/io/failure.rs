@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use diagnosis::calibrate::CalibrateError;
 use diagnosis::campaign::CampaignError;
 use diagnosis::infer::diagnose::DiagnoseError;
+use diagnosis::infer::finding_file::NoFinding;
 use thiserror::Error;
 use tools::instances::InstanceError;
 use tools::table::joined;
@@ -70,6 +71,10 @@ pub(crate) enum Failure {
     /// One error a recording.
     #[error("{}", joined(.0, "; "))]
     Diagnose(Vec<DiagnoseError>),
+    #[error("--judge holds one finding against other recordings, and there are {0}")]
+    SeveralToJudge(usize),
+    #[error("{}: no finding: {error}", path.display())]
+    Finding { path: PathBuf, error: NoFinding },
     #[error(transparent)]
     Campaign(#[from] CampaignError),
     #[error(

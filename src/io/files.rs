@@ -46,12 +46,13 @@ pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
 
 /// The commands that write folders: the file by which one knows theirs, the command, and where it
 /// writes unless it is told.
-const WRITERS: [(&str, &str, &str); 6] = [
+const WRITERS: [(&str, &str, &str); 7] = [
     ("plan.json", "plan SCENARIO", "out"),
     ("flight.json", "plan fly", "out/fly"),
     ("residuals.json", "plan simulate", "out/simulate"),
     ("calibration.json", "plan calibrate", "out/calibrate"),
     ("diagnosis.json", "plan diagnose", "out/diagnose"),
+    ("judged.json", "plan diagnose --finding", "out/judged"),
     ("marks.json", "plan prove", "out"),
 ];
 

@@ -198,6 +198,77 @@ fn a_synthetic_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
     assert!(metrics.named.hits + 2 >= metrics.named.of, "{}", told());
 }
 
+#[test]
+fn a_finding_is_held_against_recordings_that_nothing_is_fitted_to() {
+    let desk = tempfile::tempdir().unwrap();
+    let recording = draughty().display().to_string();
+    let arguments = ["diagnose", &recording, "--judge", &recording];
+    let output = plan(desk.path(), &arguments);
+    let (code, printed, errors) = texts(&output);
+    assert_eq!((code, errors), (0, ""), "{printed}");
+    assert!(
+        printed.contains("\nFINDING APPLIED\n  With crossflow"),
+        "{printed}"
+    );
+    let folder = desk.path().join("out/diagnose/draughty-hall");
+    let judged = fs::read_to_string(folder.join("judged/judged.json")).unwrap();
+    let judged: Value = serde_json::from_str(&judged).unwrap();
+    assert_eq!(judged["format"], "judged/1");
+    // Without offsets and with them, over all and by recording.
+    for rows in [&judged["all"], &judged["by_flight"]] {
+        let rows = rows.as_array().unwrap();
+        assert_eq!(rows.len(), 2);
+        for row in rows {
+            let [low, after, high] = [0, 1, 2].map(|at| row["rms_after"][at].as_f64().unwrap());
+            assert!(low <= after && after <= high);
+            assert!(after < row["rms_before"].as_f64().unwrap(), "{row}");
+            assert!(row["r2_gained"][0].as_f64().unwrap() > 0.0, "{row}");
+        }
+    }
+    // Both sides are drawn.
+    for side in ["before", "after"] {
+        let drawn = fs::read_dir(folder.join("judged")).unwrap();
+        let names = drawn.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        assert!(names.filter(|name| name.starts_with(side)).count() > 1);
+    }
+    // By itself, and in a simulation.
+    let finding = folder.join("finding.ron").display().to_string();
+    for command in ["diagnose", "simulate"] {
+        let output = plan(desk.path(), &[command, &recording, "--finding", &finding]);
+        let (code, printed, errors) = texts(&output);
+        assert_eq!((code, errors), (0, ""), "{printed}");
+        assert!(printed.contains("FINDING APPLIED"), "{printed}");
+    }
+    // A gale predicts it worse, and the answer is no.
+    let text = fs::read_to_string(&finding).unwrap();
+    let (before, wind) = text.split_once("wind_mps: (").unwrap();
+    let (_, after) = wind.split_once(')').unwrap();
+    let turned = format!("{before}wind_mps: (2.5, 2.5){after}");
+    fs::write(desk.path().join("turned.ron"), turned).unwrap();
+    let output = plan(
+        desk.path(),
+        &["diagnose", &recording, "--finding", "turned.ron"],
+    );
+    let (code, printed, _) = texts(&output);
+    assert_eq!(code, 1, "{printed}");
+    assert!(
+        printed.contains("does not predict these recordings better"),
+        "{printed}"
+    );
+    // What is no finding is a bad question.
+    fs::write(desk.path().join("turned.ron"), "Scenario()").unwrap();
+    let output = plan(
+        desk.path(),
+        &["simulate", &recording, "--finding", "turned.ron"],
+    );
+    assert_eq!(texts(&output).0, 2);
+    assert!(
+        texts(&output).2.contains("turned.ron"),
+        "{}",
+        texts(&output).2
+    );
+}
+
 /// Families that are shown nowhere, with a seed that changes from day to day: totals alone.
 #[cfg(feature = "long")]
 #[test]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::infer::candidates::essential;
 use diagnosis::infer::diagnose::diagnose;
 use diagnosis::infer::finding::{Effect, Estimate, Finding, Verdict};
 use diagnosis::record::recording::Recording;
@@ -21,6 +22,11 @@ pub struct Answer {
     /// The corrected simulation of each of those files' rows; not a number where it has none.
     /// Empty: the simulation as it was.
     pub prediction: Vec<f64>,
+    /// Whether an effect is named although its correction predicts held-out readings worse than
+    /// the simulation as it is.
+    pub rises: bool,
+    /// Whether a parameter that makes up an effect that is named sits at an end of its range.
+    pub at_bound: bool,
     /// How long it took (s), as its caller measured.
     pub seconds: f64,
 }
@@ -45,6 +51,8 @@ impl Answer {
             effects: Vec::new(),
             region: Vec::new(),
             prediction: Vec::new(),
+            rises: false,
+            at_bound: false,
             seconds: 0.0,
         }
     }
@@ -55,6 +63,13 @@ impl Answer {
 #[must_use]
 pub fn ask(recording: &Recording) -> Answer {
     diagnose(recording).map_or_else(|_| Answer::nothing(), |finding| answer(&finding))
+}
+
+/// Whether what makes up an effect was driven to an end of its range.
+fn is_at_bound(effect: &Effect) -> bool {
+    let essential = essential(&effect.name);
+    let mut parameters = effect.parameters.iter();
+    parameters.any(|(name, of)| of.at_bound && essential.contains(&name.as_str()))
 }
 
 /// The part of a finding that is assessed.
@@ -70,6 +85,9 @@ pub fn answer(finding: &Finding) -> Answer {
         effects: finding.effects.iter().map(named).collect(),
         region: finding.region.sample_indices.clone(),
         prediction: finding.prediction.clone(),
+        rises: !finding.effects.is_empty()
+            && finding.held_out.rms_after > finding.held_out.rms_before,
+        at_bound: finding.effects.iter().any(is_at_bound),
         seconds: 0.0,
     }
 }

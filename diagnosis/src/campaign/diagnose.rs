@@ -14,7 +14,7 @@ use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::diagnose::{departing, detectable, effects, ranked};
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
-use crate::infer::outside::{global_test, outside};
+use crate::infer::outside::{Remains, global_test, is_sure, outside};
 use crate::infer::select::{flexible, singles};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
@@ -190,11 +190,19 @@ pub fn diagnose_campaign(
     };
     let alternatives = chosen.turns.iter().map(sensors_first);
     let effects = effects(&setting, best, alternatives);
-    let shape = outside(&setting, &chosen.selection, &test);
+    let of_rest = flexible(&setting, &best.fit);
+    let shape = outside(&setting, &chosen.selection, &test, &of_rest);
     let recorded = forces.recorded();
     let rest = difference(&recorded, &simulated);
-    let [before, left] =
-        [&chosen.selection.nothing, best].map(|of| flexible(&setting, &of.fit).gain);
+    let before = flexible(&setting, &chosen.selection.nothing.fit).gain;
+    let left = &of_rest.gain;
+    let remains = Remains {
+        gain: left.total,
+        gain_error: left.standard_error,
+        is_sure: is_sure(left),
+        rms: root_mean_square(&of_rest.predictions),
+        ..Remains::default()
+    };
     let finding = Finding {
         recording: format!("{flights} flights"),
         channel: Channel::VerticalForce,
@@ -208,6 +216,7 @@ pub fn diagnose_campaign(
             .filter(|ranked| ranked.gain_error > 0.0)
             .collect(),
         shape,
+        remains,
         p: test.p,
         runner_up: None,
         advice: advice(&candidates, &chosen),

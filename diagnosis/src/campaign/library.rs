@@ -99,6 +99,7 @@ fn downwash() -> Candidate {
         closure_error: 0.0,
         settled_by: "",
         change: Change::Hypothesis(|p, h| h.downwash = Some(p[0])),
+        since: None,
     }
 }
 
@@ -141,6 +142,7 @@ const OF_THE_FORCE: [Fault; 5] = [
         description: "the accelerometer or the thrust map drifts in the same way in all flights",
         parameters: &[Parameter::new("b'", "N/h", [-3.0, 3.0], 0.3)],
         starts: &[0.3],
+        is_over_hours: false,
         change: |p, h| h.sensor.offset_drift_per_h = p[0],
         ..DRIFT
     },

@@ -7,8 +7,10 @@
 //! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a
 //! force. `forward`: one effect after another. [`skill`]: how well flights that were not fitted are
 //! predicted. [`diagnose`]: all of it, and the finding. [`hardware`]: one drone's motors against
-//! its own normal flights.
+//! its own normal flights. [`applied`]: a finding held against recordings that it was not fitted
+//! to.
 
+pub mod applied;
 pub mod diagnose;
 mod forces;
 mod forward;
@@ -17,5 +19,6 @@ mod library;
 mod scatter;
 pub mod skill;
 
+pub use applied::{Applied, Compared, apply, apply_campaign};
 pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, near_floor};
 pub use forces::{COORDINATES, CampaignOptions};

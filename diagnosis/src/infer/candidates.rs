@@ -8,7 +8,7 @@ mod shows;
 
 use airflow::effects::EffectSpec;
 
-pub use candidate::{Candidate, Change, Kind, Parameter};
+pub use candidate::{Candidate, Change, Kind, Onset, Parameter};
 pub(crate) use effects::{
     BODY_DRAG, GROUND_IMPINGEMENT, OF_THE_AIR, OF_THE_RECEIVER, OWN_MOTION, shown,
 };
@@ -25,6 +25,17 @@ pub fn names_of(name: &str) -> Option<Vec<&'static str>> {
     let effect = EffectSpec::named(name).map(|spec| (spec.name, spec.aliases));
     let names = effect.or_else(|| fault(name).map(|fault| (fault.name, fault.aliases)));
     names.map(|(name, aliases)| [&[name], aliases].concat())
+}
+
+/// Names of the parameters without which an effect or a fault vanishes; the others shape it.
+#[must_use]
+pub fn essential(name: &str) -> Vec<&'static str> {
+    if let Some(spec) = EffectSpec::named(name) {
+        let symbols = spec.components().map(|(_, symbol)| symbol);
+        return symbols.take(spec.essential).collect();
+    }
+    let parameters = fault(name).map_or(&[][..], |fault| fault.parameters);
+    parameters.iter().map(|parameter| parameter.name).collect()
 }
 
 /// Whether a name is that of an instrument's or a clock's fault.

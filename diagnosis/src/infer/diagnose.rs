@@ -18,14 +18,16 @@ use crate::infer::finding::{
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::intervals::half_widths;
 use crate::infer::noise::noise;
-use crate::infer::outside::{Shape, global_test, is_beyond_doubt, outside};
-use crate::infer::select::{Selection, Singles, Tried, select, singles};
+use crate::infer::onset::{self, onsets};
+use crate::infer::outside::{Remains, Shape, global_test, is_beyond_doubt, is_sure, outside};
+use crate::infer::select::{Selection, Singles, Tried, flexible, select, singles};
 use crate::record::recording::Recording;
 use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::held_out::FOLDS;
 use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
 use crate::statistics::quantile::{difference, nearest_rank, root_mean_square};
+use crate::statistics::trees::HeldOut as HeldOutTrees;
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -104,12 +106,21 @@ pub fn diagnose_channel(
     }
     let setting = Setting::new(&observed, &noise, &candidates, base);
     let test = global_test(&setting, &tried.nothing.fit);
+    if test.is_significant {
+        let later = onsets(&setting, &tried);
+        candidates.extend(later);
+    }
+    let setting = Setting::new(&observed, &noise, &candidates, base);
+    onset::add(&setting, &mut tried);
     let mut selection = select(&setting, tried, test.p);
     if !test.is_significant && !is_beyond_doubt(&selection.chosen.gain) {
         selection.withdraw();
     }
-    let shape = outside(&setting, &selection, &test);
-    let mut corrected = observed.predict(&setting.explanation(&selection.chosen));
+    let left = flexible(&setting, &selection.chosen.fit);
+    let shape = outside(&setting, &selection, &test, &left);
+    let remains = remains(&observed, &noise, &left, shape.is_some());
+    let chosen = &selection.chosen;
+    let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);
     if let Some(shape) = &shape {
         // What the trees add lies on top of the nearest that the library has, and is good inside
         // the sampled hull only.
@@ -138,6 +149,7 @@ pub fn diagnose_channel(
         held_out: held_out(&setting, &selection, shape.as_ref()),
         candidates: ranked(&candidates, &selection),
         shape,
+        remains,
         p: test.p,
         runner_up,
         advice: advice(&setting, &observed, &selection),
@@ -146,6 +158,24 @@ pub fn diagnose_channel(
         prediction,
         correction: setting.explanation(&selection.chosen),
     })
+}
+
+/// What trees predict of what is left, where nothing of it is in the answer yet.
+fn remains(observed: &Observed, noise: &Noise, left: &HeldOutTrees, is_told: bool) -> Remains {
+    if is_told {
+        return Remains::default();
+    }
+    let simulated = vec![0.0; left.predictions.len()];
+    let inside = departing(&simulated, &left.predictions, noise);
+    let (description, _) = bounds(observed, &inside);
+    Remains {
+        gain: left.gain.total,
+        gain_error: left.gain.standard_error,
+        is_sure: is_sure(&left.gain),
+        rms: root_mean_square(&left.predictions),
+        share: inside.len() as f64 / left.predictions.len() as f64,
+        description,
+    }
 }
 
 /// The scatter around the single explanation that makes the recording likeliest, each with its own
@@ -206,12 +236,16 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
     let of = |tried: &Tried| {
         let candidate = &candidates[tried.which[0]];
         let names = candidate.parameters.iter().map(|p| p.name.to_owned());
+        let since = candidate.since.map(|of| ("t0".to_owned(), of.at_s));
         Ranked {
             name: candidate.name.into(),
             gain: tried.gain.total,
             gain_error: tried.gain.standard_error,
             practical: tried.practical,
-            parameters: names.zip(tried.fit.values.iter().copied()).collect(),
+            parameters: names
+                .zip(tried.fit.values.iter().copied())
+                .chain(since)
+                .collect(),
         }
     };
     selection.singles.iter().map(of).collect()
@@ -233,7 +267,8 @@ pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
             unit: parameter.unit.into(),
         })
     };
-    setting.candidates.iter().filter_map(of).collect()
+    let always = setting.candidates.iter().filter(|of| of.since.is_none());
+    always.filter_map(of).collect()
 }
 
 /// What throttle and power say, as an effect.
@@ -296,16 +331,30 @@ pub(crate) fn effects(
             let mut estimate = Estimate::around(value, half, parameter.unit);
             estimate.low = estimate.low.max(parameter.low);
             estimate.high = estimate.high.min(parameter.high);
+            estimate.at_bound = parameter.is_at_end(value);
             (parameter.name.to_owned(), estimate)
         });
-        let parameters = parameters.collect();
+        let since = candidate.since.map(|of| {
+            let [low, high] = of.ends_s;
+            let moment = Estimate {
+                low,
+                high,
+                ..Estimate::around(of.at_s, 0.0, "s")
+            };
+            ("t0".to_owned(), moment)
+        });
+        let parameters = parameters.chain(since).collect();
+        let description = match candidate.since {
+            None => candidate.description.to_owned(),
+            Some(of) => format!("{}, from {:.0} s on", candidate.description, of.at_s),
+        };
         let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
         Effect {
             name: candidate.name.into(),
             kind: Some(candidate.kind),
             alternatives: names.collect(),
             equation: candidate.equation.into(),
-            description: candidate.description.into(),
+            description,
             parameters,
         }
     };
@@ -327,7 +376,21 @@ fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
     if inside.is_empty() {
         return Region::default();
     }
+    let (description, bounds) = bounds(observed, &inside);
+    let mut region = Region::of(&inside, &observed.recorded(), &simulated, noise.sd());
+    region.description = description;
+    region.bounds = bounds;
+    region.sample_indices = inside.iter().map(|&i| observed.samples[i].row).collect();
+    region.sample_indices.sort_unstable();
+    region
+}
+
+/// Where some samples lie, in words and by covariate: empty without any.
+fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f64; 2]>) {
     let mut bounds = BTreeMap::new();
+    if inside.is_empty() {
+        return (String::new(), bounds);
+    }
     let mut narrow: Vec<(f64, String)> = Vec::new();
     for ((name, _), column) in COVARIATES.iter().zip(&observed.covariates) {
         let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
@@ -342,15 +405,11 @@ fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
     narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
     let said = narrow.into_iter().take(SAID);
     let words: Vec<String> = said.map(|(_, text)| text).collect();
-    let mut region = Region::of(&inside, &observed.recorded(), &simulated, noise.sd());
-    region.description = match words.is_empty() {
+    let description = match words.is_empty() {
         true => "everywhere".into(),
         false => words.join(", "),
     };
-    region.bounds = bounds;
-    region.sample_indices = inside.iter().map(|&i| observed.samples[i].row).collect();
-    region.sample_indices.sort_unstable();
-    region
+    (description, bounds)
 }
 
 /// The samples that a correction moves by more than half a standard deviation.

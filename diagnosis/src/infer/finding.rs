@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::simulate::Channel;
 use crate::infer::candidates::Kind;
-use crate::infer::outside::Shape;
+use crate::infer::outside::{Remains, Shape};
 
 /// What is missing in the simulation of a recording, and how that is known. Serialised it is the
 /// body of `diagnosis/1`. Rows count from 0 and are those of probes.csv, or of receiver.csv where
@@ -32,6 +32,8 @@ pub struct Finding {
     pub p: f64,
     /// The shape of what the library does not hold.
     pub shape: Option<Shape>,
+    /// What something that knows no physics still predicts after all of it.
+    pub remains: Remains,
     /// How much better what was not fitted is predicted.
     #[serde(rename = "heldout")]
     pub held_out: HeldOut,
@@ -121,6 +123,9 @@ pub struct Estimate {
     pub high: f64,
     /// Unit; 1 for ratios.
     pub unit: String,
+    /// Whether the fit ended at an end of the parameter's range: the interval then says little.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub at_bound: bool,
 }
 
 impl Estimate {
@@ -131,6 +136,7 @@ impl Estimate {
             low: value - half,
             high: value + half,
             unit: unit.into(),
+            at_bound: false,
         }
     }
 }

@@ -4,9 +4,9 @@ use airflow::effects::{EffectSpec, Effects};
 use ron::Options;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::forward::hypothesis::Sensor;
+use crate::forward::hypothesis::{Hypothesis, Sensor};
 use crate::infer::candidates::Kind;
 use crate::infer::finding::{Effect, Finding, HeldOut, Verdict};
 
@@ -96,15 +96,66 @@ pub fn finding_ron(finding: &Finding) -> String {
     text
 }
 
+/// A text that is no finding: where and why, by line and column.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct NoFinding(ron::error::SpannedError);
+
+/// What a `finding.ron` says: as a correction of a simulation, and in names.
+#[derive(Clone, Debug)]
+pub struct FindingFile {
+    /// Every effect and fault that is named, as it is applied.
+    pub correction: Hypothesis,
+    /// Their names.
+    pub names: Vec<String>,
+    /// Whether it was found from drones that fly alone: the wake itself is among the effects.
+    pub is_alone: bool,
+}
+
+/// The members of a finding that are applied.
+#[derive(Deserialize)]
+#[serde(rename = "Finding")]
+struct Applied {
+    #[serde(default)]
+    effects: Effects,
+    #[serde(default)]
+    sensor: Sensor,
+    #[serde(default)]
+    named: Vec<Effect>,
+}
+
+/// Reads what [`finding_ron`] writes.
+///
+/// # Errors
+/// No finding: where and why, by line and column.
+pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
+    let options = Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let Applied {
+        effects,
+        sensor,
+        named,
+    } = options.from_str(text).map_err(NoFinding)?;
+    // The wake of drones that were taken to fly alone is no effect of a jet.
+    let wake = named.iter().find(|effect| effect.name == "downwash");
+    let strength = wake.and_then(|effect| effect.parameters.get("f"));
+    Ok(FindingFile {
+        correction: Hypothesis {
+            effects,
+            sensor,
+            downwash: strength.map(|estimate| estimate.value),
+        },
+        is_alone: wake.is_some(),
+        names: named.into_iter().map(|effect| effect.name).collect(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
 
     use airflow::effects::{Crossflow, EntrainmentRadial, PayloadMass};
-    use serde::Deserialize;
 
     use super::*;
-    use crate::forward::hypothesis::Hypothesis;
     use crate::forward::simulate::Channel;
     use crate::infer::finding::{Estimate, Region};
 
@@ -124,6 +175,7 @@ mod tests {
             low: 1e-9,
             high: 1.0,
             unit: "m/s".into(),
+            at_bound: false,
         };
         Effect {
             name: name.into(),
@@ -148,6 +200,7 @@ mod tests {
             shape: None,
             p: 1.0,
             candidates: Vec::new(),
+            remains: Default::default(),
             runner_up: None,
             advice: Vec::new(),
             detectable: Vec::new(),
@@ -191,6 +244,31 @@ mod tests {
         assert_eq!(read.named.len(), named.len());
         assert_eq!(read.named[0].parameters, named[0].parameters);
         assert!(!text.contains("inf") && !text.contains("NaN"), "{text}");
+    }
+
+    #[test]
+    fn a_finding_reads_back_as_a_correction_and_the_wake_of_lonely_drones_with_it() {
+        let mut wake = effect("downwash", Kind::Physics);
+        let strength = Estimate::around(0.9, 0.1, "1");
+        wake.parameters.insert("f".to_owned(), strength);
+        let effects = Effects {
+            crossflow: Some(Crossflow {
+                wind_mps: [0.3, -0.1],
+            }),
+            ..Effects::default()
+        };
+        let correction = Hypothesis {
+            effects,
+            downwash: Some(0.9),
+            ..Hypothesis::default()
+        };
+        let named = vec![wake, effect("crossflow", Kind::Physics)];
+        let read = read_finding(&finding_ron(&finding(named, correction))).expect("a finding");
+        assert_eq!(read.correction, correction);
+        assert_eq!(read.names, ["downwash", "crossflow"]);
+        assert!(read.is_alone);
+        let failed = read_finding("Finding(effects: (crossflow: 3))");
+        assert!(failed.is_err_and(|error| error.to_string().starts_with("1:")));
     }
 
     #[test]

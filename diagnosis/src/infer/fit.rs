@@ -48,6 +48,7 @@ pub struct Setting<'a> {
     /// What is supposed before any candidate.
     pub base: Hypothesis,
     recorded: Vec<f64>,
+    times_s: Vec<f64>,
     tolerances: [f64; 2],
 }
 
@@ -107,6 +108,7 @@ impl<'a> Setting<'a> {
             candidates,
             base: Hypothesis::default(),
             recorded: observed.recorded(),
+            times_s: observed.times_s(),
             tolerances,
         }
     }
@@ -121,8 +123,40 @@ impl<'a> Setting<'a> {
     /// the channel's unit; `clean` is what the base predicts.
     #[must_use]
     pub fn change(&self, candidate: &Candidate, values: &[f64], clean: &[f64]) -> Vec<f64> {
-        let hypothesis = self.hypothesis(&[candidate], values);
-        difference(&self.observed.predict(&hypothesis), clean)
+        difference(&self.predicted(&[candidate], values), clean)
+    }
+
+    /// What everything together predicts at given values, one candidate after another, before gain
+    /// and offset; each counts from its own moment on.
+    #[must_use]
+    pub fn predicted(&self, members: &[&Candidate], values: &[f64]) -> Vec<f64> {
+        let moment = |member: &Candidate| member.since.map_or(f64::NEG_INFINITY, |of| of.at_s);
+        let mut moments_s: Vec<f64> = members.iter().map(|member| moment(member)).collect();
+        moments_s.push(f64::NEG_INFINITY);
+        moments_s.sort_by(f64::total_cmp);
+        moments_s.dedup();
+        let mut predicted = Vec::new();
+        for from_s in moments_s {
+            let mut hypothesis = self.base;
+            let begun = by_member(members, values).filter(|(of, _)| moment(of) <= from_s);
+            begun.for_each(|(of, own)| of.set(own, &mut hypothesis));
+            let now = self.observed.predict(&hypothesis);
+            if predicted.is_empty() {
+                predicted = now;
+                continue;
+            }
+            for (i, now) in now.into_iter().enumerate() {
+                if self.times_s[i] >= from_s {
+                    predicted[i] = now;
+                }
+            }
+        }
+        predicted
+    }
+
+    /// Cost of predictions read with a gain and an offset: twice a negative log likelihood.
+    pub(crate) fn cost_of(&self, plain: &[f64], tolerance: [f64; 2]) -> f64 {
+        self.cost(&self.whitened(plain, &tolerance), &tolerance)
     }
 
     /// The columns of a fit's derivatives that can take more: all but gain and offset where they
@@ -152,7 +186,7 @@ impl<'a> Setting<'a> {
         let mut starts: Vec<&[f64]> = starts.iter().map(Vec::as_slice).collect();
         if starts.len() > MOST_STARTS {
             let cost = |start: &[f64]| {
-                let predicted = self.observed.predict(&self.hypothesis(candidates, start));
+                let predicted = self.predicted(candidates, start);
                 self.cost(&self.whitened(&predicted, &[0.0, 0.0]), &[0.0, 0.0])
             };
             let mut by_cost: Vec<_> = starts.into_iter().map(|s| (cost(s), s)).collect();
@@ -177,10 +211,7 @@ impl<'a> Setting<'a> {
         let bounds = self.bounds(&parameters);
         let mut at: Vec<f64> = start.to_vec();
         at.extend([0.0, 0.0]);
-        let clean = |at: &[f64]| {
-            let hypothesis = self.hypothesis(candidates, &at[..count]);
-            self.observed.predict(&hypothesis)
-        };
+        let clean = |at: &[f64]| self.predicted(candidates, &at[..count]);
         let mut plain = clean(&at);
         let mut whitened = self.whitened(&plain, &at);
         let mut cost = self.cost(&whitened, &at);
@@ -298,8 +329,7 @@ impl<'a> Setting<'a> {
             let step = self.step_without(candidates, fit, fold);
             let at = fit.values.iter().chain(&fit.tolerance);
             let moved: Vec<f64> = at.zip(step.iter()).map(|(x, d)| x + d).collect();
-            let hypothesis = self.hypothesis(candidates, &moved[..count]);
-            let plain = self.observed.predict(&hypothesis);
+            let plain = self.predicted(candidates, &moved[..count]);
             let of_fold = read(&plain, [moved[count], moved[count + 1]]);
             for i in self.of_fold(fold) {
                 predicted[i] = of_fold[i];

@@ -12,7 +12,7 @@ use crate::forward::hypothesis::Hypothesis;
 use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::fit::{Fit, Setting, by_member};
 use crate::statistics::held_out::Gain;
-use crate::statistics::quantile::difference;
+use crate::statistics::quantile::{difference, root_mean_square};
 use crate::statistics::trees::{self, HeldOut};
 
 /// Least gain in held-out log density, alone and in standard errors, that a term needs. Chosen
@@ -22,9 +22,10 @@ const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
 /// p-value of the global test below which gains may rest on few blocks, and below which faint ones
-/// are enough. Chosen here: one in ten thousand recordings, and half of what the test accepts.
+/// are enough: one in ten thousand recordings, and one in a thousand, which 0 alarms in some
+/// hundreds need.
 const RARE_P: f64 = 1e-4;
-const FAINT_P: f64 = 0.002;
+const FAINT_P: f64 = 0.001;
 /// Least gain where it is known that something is there. Chosen here: twenty to one.
 const FAINT_GAIN: f64 = 3.0;
 /// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three
@@ -88,6 +89,12 @@ impl Setting<'_> {
 }
 
 impl Tried {
+    /// Whether no term was driven to an end of what it may be.
+    pub(crate) fn is_inside(&self, candidates: &[Candidate]) -> bool {
+        let members = self.members(candidates);
+        by_member(&members, &self.fit.values).all(|(member, own)| !member.is_at_bound(own))
+    }
+
     /// The candidates that it is made of, in the order of their values.
     pub(crate) fn members<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Candidate> {
         self.which.iter().map(|&k| &candidates[k]).collect()
@@ -165,10 +172,7 @@ pub fn singles(setting: &Setting) -> Singles {
     let alone = setting.candidates.par_iter().enumerate();
     let alone = alone.filter_map(|(k, of)| attempt(setting, &nothing, &[k], &of.starts));
     let mut singles: Vec<Tried> = alone.collect();
-    singles.sort_by(|a, b| {
-        let by_gain = b.gain.total.total_cmp(&a.gain.total);
-        b.practical.cmp(&a.practical).then(by_gain)
-    });
+    singles.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));
     Singles { nothing, singles }
 }
 
@@ -203,7 +207,11 @@ pub fn select(setting: &Setting, tried: Singles, p: f64) -> Selection {
         pairs: Vec::new(),
     };
     // Two effects can mask one another, so pairs are tried even where no single stands out.
-    let best = tried.singles.first().filter(|tried| tried.practical);
+    let mut inside = tried
+        .singles
+        .iter()
+        .filter(|one| one.is_inside(setting.candidates));
+    let best = inside.next();
     search.pairs = best.map_or(Vec::new(), |best| search.pairs(best));
     let choice = best.and_then(|best| search.choice(best, p));
     // None: no term.
@@ -246,14 +254,49 @@ struct Search<'a> {
 impl Search<'_> {
     /// What is taken, and the runner-up.
     fn choice(&self, best: &Tried, p: f64) -> Option<(Tried, Option<(usize, Gain)>)> {
-        let practical = self.pairs.iter().filter(|tried| tried.practical);
-        let best_pair = practical.max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+        let candidates = self.setting.candidates;
+        let pairs = self.pairs.iter();
+        let pairs = pairs.filter(|pair| pair.practical && self.may_stand(pair));
+        let best_pair = pairs.max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+        // Each single by itself: one that gains most, but in a few blocks alone, must not keep a
+        // surer one away.
+        let singles = || self.tried.singles.iter();
+        let sure = |one: &&Tried| enough(&one.gain, p) && self.may_stand(one);
+        let faint = |one: &&Tried| {
+            one.gain.total > FAINT_GAIN.max(one.gain.standard_error) && self.may_stand(one)
+        };
+        // One that leads and was driven to its bound is not named, and nothing that explains
+        // clearly less is named in its place.
+        let leader = singles()
+            .next()
+            .filter(|leader| !leader.is_inside(candidates));
+        let is_behind = |tried: &Tried| {
+            leader.is_some_and(|leader| {
+                let lead = leader.beyond(self.setting, tried);
+                leader.practical && lead.total > (TIE_ERRORS * lead.standard_error).max(LEAST_GAIN)
+            })
+        };
         let chosen = match best_pair {
-            Some(pair) if self.both_needed(pair, best, p) => pair,
-            _ if enough(&best.gain, p) => best,
-            _ if p >= FAINT_P => return None,
-            _ if best.gain.total > FAINT_GAIN.max(best.gain.standard_error) => best,
-            _ => self.seen_once()?,
+            Some(pair) if self.both_needed(pair, best, p) && !is_behind(pair) => pair,
+            _ if is_behind(best) => return None,
+            _ => match singles().find(sure) {
+                Some(single) => single,
+                None if p >= FAINT_P => return None,
+                None => singles().find(faint).or_else(|| self.seen_once())?,
+            },
+        };
+        // Present, and too small to act on: told among the candidates, and no mismatch. Unless
+        // something that is not too small explains it as well.
+        let as_well = |one: &&Tried| {
+            let lead = chosen.beyond(self.setting, one);
+            one.practical
+                && enough(&one.gain, p)
+                && lead.total < (TIE_ERRORS * lead.standard_error).max(TIE_GAIN)
+                && self.may_stand(one)
+        };
+        let chosen = match chosen.practical {
+            true => chosen,
+            false => singles().find(as_well)?,
         };
         let runner_up = best_pair
             .filter(|pair| chosen.which.len() == 1 && pair.which.contains(&chosen.which[0]))
@@ -265,13 +308,25 @@ impl Search<'_> {
         Some((chosen.clone(), runner_up))
     }
 
+    /// Whether an answer may be given at all: no parameter at its bound, and held-out readings
+    /// predicted better than without it, in their own unit.
+    fn may_stand(&self, tried: &Tried) -> bool {
+        let candidates = self.setting.candidates;
+        let error = |members: &[&Candidate], fit: &Fit| {
+            let predicted = self.setting.predicted_held_out(members, fit);
+            root_mean_square(&self.setting.left(&predicted))
+        };
+        tried.is_inside(candidates)
+            && error(&tried.members(candidates), &tried.fit) < error(&[], &self.tried.nothing.fit)
+    }
+
     /// The likeliest single where something shows in one place only, so that no held-out block can
     /// speak for it.
     fn seen_once(&self) -> Option<&Tried> {
         let nothing = self.tried.nothing.fit.cost;
-        let practical = self.tried.singles.iter().filter(|tried| tried.practical);
-        practical
-            .filter(|tried| 0.5 * (nothing - tried.fit.cost) > ONCE)
+        let singles = self.tried.singles.iter();
+        singles
+            .filter(|tried| 0.5 * (nothing - tried.fit.cost) > ONCE && self.may_stand(tried))
             .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
     }
 
@@ -305,12 +360,16 @@ impl Search<'_> {
         let singles = &self.tried.singles;
         let promising = promising(self.setting, best).into_iter();
         let first = best.which[0];
-        let mut wanted: Vec<[usize; 2]> = promising.take(PAIRED).map(|k| [first, k]).collect();
+        let mut wanted: Vec<[usize; 2]> = promising
+            .filter(|&k| self.alone(k).is_some() && self.are_two(first, k))
+            .take(PAIRED)
+            .map(|k| [first, k])
+            .collect();
         let few = &singles[..PAIRED_SINGLES.min(singles.len())];
         for (i, a) in few.iter().enumerate() {
             for b in &few[i + 1..] {
                 let pair = [a.which[0], b.which[0]];
-                if !wanted.contains(&pair) {
+                if self.are_two(pair[0], pair[1]) && !wanted.contains(&pair) {
                     wanted.push(pair);
                 }
             }
@@ -331,7 +390,8 @@ impl Search<'_> {
                 pairs.any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
             };
             let promising = promising(self.setting, first).into_iter();
-            let fresh = promising.filter(|&k| !chosen.contains(&k) && !is_tried(k));
+            let fresh = promising
+                .filter(|&k| self.are_two(kept, k) && !chosen.contains(&k) && !is_tried(k));
             wanted.extend(fresh.take(RIVALS).map(|k| [kept, k]));
         }
         self.together(wanted)
@@ -351,6 +411,12 @@ impl Search<'_> {
             .collect()
     }
 
+    /// Whether two candidates are two effects, and not one from two moments on.
+    fn are_two(&self, a: usize, b: usize) -> bool {
+        let candidates = self.setting.candidates;
+        candidates[a].name != candidates[b].name
+    }
+
     fn alone(&self, k: usize) -> Option<&Tried> {
         self.tried.singles.iter().find(|tried| tried.which == [k])
     }
@@ -367,11 +433,19 @@ impl Search<'_> {
         let rest = rest.filter_map(|&k| self.alone(k));
         let own = chosen.gain.total - rest.map(|t| t.gain.total.max(0.0)).sum::<f64>();
         let mut close: Vec<(f64, usize, &Tried)> = Vec::new();
-        for tried in pool.iter().filter(|tried| tried.practical) {
+        for tried in pool
+            .iter()
+            .filter(|tried| tried.is_inside(self.setting.candidates))
+        {
             let others: Vec<usize> = tried.which.iter().copied().filter(|k| !kept(k)).collect();
             let [rival] = others[..] else {
                 continue;
             };
+            // The same from another moment on is no other effect.
+            let named = |k: &usize| self.setting.candidates[*k].name;
+            if chosen.which.iter().any(|k| named(k) == named(&rival)) {
+                continue;
+            }
             if chosen.which.contains(&rival) || close.iter().any(|(_, known, _)| *known == rival) {
                 continue;
             }
@@ -411,8 +485,10 @@ impl Search<'_> {
             }
         };
         let mut ties = self.ties(chosen, place).into_iter();
-        let (rival, tried) =
-            ties.find(|(rival, tried)| comes_first(&candidates[*rival]) && is_even(tried))?;
+        let (rival, tried) = ties.find(|(rival, tried)| {
+            let is_first = comes_first(&candidates[*rival]) && tried.practical;
+            is_first && is_even(tried) && self.may_stand(tried)
+        })?;
         // The same order of terms, values and columns as in the fit that stands.
         let is_in_place = tried.which.iter().position(|k| *k == rival) == Some(place);
         Some(match is_in_place {
@@ -445,10 +521,7 @@ fn promise(setting: &Setting, taken: &Tried, second: &Candidate) -> f64 {
     let Some(gram) = (gram + ridge).cholesky() else {
         return 0.0;
     };
-    let predict = |members: &[&Candidate], values: &[f64]| {
-        let hypothesis = setting.hypothesis(members, values);
-        setting.observed.predict(&hypothesis)
-    };
+    let predict = |members: &[&Candidate], values: &[f64]| setting.predicted(members, values);
     let clean = predict(&members, &fit.values);
     members.push(second);
     let left = DVector::from_column_slice(&fit.whitened);

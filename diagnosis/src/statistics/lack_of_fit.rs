@@ -38,8 +38,8 @@ pub const ACCEPTED: f64 = 0.004;
 /// Shares of it: spread, rare, rhythm. Chosen here: most effects are spread, and its p-value is
 /// exact.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.25];
-/// Sign flips: p-values of the spread are multiples of 1/2000, a quarter of what it accepts.
-const FLIPS: usize = 1999;
+/// Sign flips: p-values of the spread are multiples of 1/4000, an eighth of what it accepts.
+const FLIPS: usize = 3999;
 /// Seed of the signs.
 const SEED: u64 = 1;
 /// What makes the variance of bounded normal values 1 again: `E[z²/(1 + z²/9)]^(-1/2)`.

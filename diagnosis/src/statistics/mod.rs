@@ -51,13 +51,14 @@
 //! ```
 
 pub mod bootstrap;
+pub mod bursts;
 pub mod change_point;
 pub mod column;
 pub mod draws;
 pub mod expression;
 pub mod held_out;
 pub mod lack_of_fit;
-mod line;
+pub(crate) mod line;
 pub mod noise;
 pub mod quantile;
 pub mod robust;

@@ -9,6 +9,13 @@ pub fn normal_two_sided(z: f64) -> f64 {
     erfc(z.abs() / std::f64::consts::SQRT_2)
 }
 
+/// Probability that a value of Student's law with so many degrees of freedom lies further than `t`
+/// from 0, on either side, by the regularised incomplete beta function.
+#[must_use]
+pub fn student_two_sided(t: f64, freedom: f64) -> f64 {
+    statrs::function::beta::beta_reg(0.5 * freedom, 0.5, freedom / (freedom + t * t))
+}
+
 /// Probability that a Brownian bridge leaves ±`x` (Kolmogorov 1933): `2 Σ (-1)^(k+1) exp(-2 k²
 /// x²)`.
 #[must_use]
@@ -40,6 +47,21 @@ mod tests {
         ] {
             // The fit's own error and the six decimals of the table.
             assert!((normal_two_sided(z) / p - 1.0).abs() < 3e-6, "{z}");
+        }
+    }
+
+    #[test]
+    fn student_s_tails_match_tables() {
+        for (t, freedom, p) in [
+            (2.228, 10.0, 0.05),
+            (4.604, 4.0, 0.01),
+            (3.551, 30.0, 0.0013),
+        ] {
+            // The three decimals of the table.
+            assert!(
+                (student_two_sided(t, freedom) / p - 1.0).abs() < 2e-2,
+                "{t}"
+            );
         }
     }
 

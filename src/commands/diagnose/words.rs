@@ -7,6 +7,7 @@ use diagnosis::infer::candidates::Kind;
 use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict};
 use diagnosis::infer::outside::Shape;
 use diagnosis::record::recording::{Recording, Role};
+use diagnosis::statistics::lack_of_fit::ACCEPTED;
 
 use crate::report::sections::{Figure, Part, Report};
 use crate::report::words::{channel_words, count, each_once, figures, joined};
@@ -27,6 +28,7 @@ pub(super) fn report(name: &str, what: String, finding: &Finding, drawn: Vec<Fig
     section("Candidates", candidates(finding), "");
     section("Fit", vec![Part::Line(fit(finding))], "agreement");
     section("Runners-up", runners_up(finding), "");
+    section("What remains", remains(finding), "");
     let detectable = minimum_detectable(finding);
     section("Minimum detectable effects", detectable, "");
     report
@@ -81,7 +83,7 @@ pub(super) fn what(recording: &Recording, finding: &Finding) -> String {
 }
 
 /// A value of a channel with its unit; forces on small drones in thousandths.
-pub(super) fn amount(value: f64, channel: Channel) -> String {
+pub(crate) fn amount(value: f64, channel: Channel) -> String {
     match channel {
         Channel::VerticalForce => format!("{:.1} mN", 1e3 * value),
         _ => measured(value, channel_words(channel).unit),
@@ -102,8 +104,15 @@ fn explained(held_out: &HeldOut) -> String {
     if before <= 0.0 {
         return "within the noise".into();
     }
-    let percent = 100.0 * (1.0 - above(held_out.rms_after) / before).clamp(0.0, 1.0);
-    format!("which explains {percent:.0} % of the error above noise")
+    let share = 1.0 - above(held_out.rms_after) / before;
+    match share {
+        ..0.005 => "which takes nothing off the error above noise".into(),
+        ..0.995 => format!(
+            "which explains {:.0} % of the error above noise",
+            100.0 * share
+        ),
+        _ => "which explains the error above noise".into(),
+    }
 }
 
 /// One line a recording.
@@ -152,7 +161,10 @@ fn place(finding: &Finding) -> Vec<Part> {
     let region = &finding.region;
     let nowhere = "Nowhere: what is left of recorded minus simulated is noise, and what the instrument's maker allows.";
     let mut parts = match finding.verdict {
-        Verdict::None => vec![Part::line(nowhere)],
+        Verdict::None if finding.p > ACCEPTED => vec![Part::line(nowhere)],
+        Verdict::None => vec![Part::line(
+            "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
+        )],
         _ => {
             let here = format!(
                 "{}: {} of {} samples, {:.0} %.",
@@ -214,8 +226,21 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
 /// Something without a name, in sentences.
 fn outside(shape: &Shape) -> Vec<String> {
     let mut lines = vec![
-        "No effect of the library, alone or with another, predicts this on blocks that were not fitted; something else that repeats does.".to_owned(),
+        match (shape.is_predictable, &shape.nearest) {
+            (false, _) => "Readings differ at times by more than noise; nothing that repeats predicts when, so no effect is named.".to_owned(),
+            (true, Some((name, share))) if *share >= 0.01 => format!(
+                "Something repeats that no effect of the library has. Nearest is {name}, which predicts {:.0} % of what can be predicted on blocks that were not fitted.",
+                100.0 * share
+            ),
+            (true, _) => "No effect of the library, alone or with another, predicts this on blocks that were not fitted; something else that repeats does.".to_owned(),
+        },
     ];
+    if !shape.spans_s.is_empty() {
+        let spans = shape.spans_s.iter();
+        let spans = spans.map(|[from, to]| format!("{from:.0} to {to:.0} s"));
+        lines.push(format!("When: {}.", joined(spans, ", ")));
+        return lines;
+    }
     if let Some(period_s) = shape.period_s {
         lines.push(format!(
             "It pulsates with a period of {} s, on the clock of the air's release.",
@@ -233,12 +258,6 @@ fn outside(shape: &Shape) -> Vec<String> {
         ),
         None => "No short expression predicts it.".to_owned(),
     });
-    if let Some((name, share)) = &shape.nearest {
-        let percent = 100.0 * share;
-        lines.push(format!(
-            "Nearest in the library: {name}, which explains {percent:.0} % of it."
-        ));
-    }
     lines.push(
         "The correction that is drawn here holds where samples were taken and nowhere else; it cannot be flown."
             .to_owned(),
@@ -249,6 +268,7 @@ fn outside(shape: &Shape) -> Vec<String> {
 fn parameters(effect: &Effect) -> Part {
     let rows = effect.parameters.iter().map(|(name, estimate)| {
         let interval = match estimate.low < estimate.high {
+            _ if estimate.at_bound => "at the end of its range".to_owned(),
             true => format!("{} to {}", figures(estimate.low), figures(estimate.high)),
             false => String::new(),
         };
@@ -339,6 +359,28 @@ fn runners_up(finding: &Finding) -> Vec<Part> {
         parts.push(Part::Steps(finding.advice.clone()));
     }
     parts
+}
+
+/// What trees still predict after all that is named.
+fn remains(finding: &Finding) -> Vec<Part> {
+    // Of flights it is told beside the runner-up; a shape is what remains.
+    if finding.shape.is_some() || finding.channel == Channel::VerticalForce {
+        return Vec::new();
+    }
+    let remains = &finding.remains;
+    let [gain, error] = [remains.gain, remains.gain_error];
+    let text = match remains.is_sure {
+        false => format!(
+            "Nothing more that repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen."
+        ),
+        true => format!(
+            "Something more repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen, {} rms; it exceeds half of the noise in {:.0} % of the samples ({}).",
+            amount(remains.rms, finding.channel),
+            100.0 * remains.share,
+            remains.description
+        ),
+    };
+    vec![Part::Line(text)]
 }
 
 /// The best of those that were not taken, and how far behind it is.

@@ -1,5 +1,6 @@
 //! Recordings, simulated, and what programs read of them.
 
+use diagnosis::campaign::Applied;
 use diagnosis::forward::flow::Flow;
 use diagnosis::forward::force;
 use diagnosis::forward::residuals::Region;
@@ -31,6 +32,9 @@ pub(super) struct Printed<'a> {
     pub(super) thrust_maps: Vec<Map>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) held_out: Option<Skill>,
+    /// What a finding from other recordings changes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) applied: Option<Applied>,
     pub(super) remarks: Vec<RemarkOf<'a>>,
 }
 

@@ -12,6 +12,7 @@
 //! | skill | in the library, 25 and more | `1 - Σ(p - t)²/σ² / Σ(b - t)²/σ²` of prediction, truth, baseline, noise |
 //! | covered | parameters defined alike, effect named | true value within the interval |
 //! | outside | not in the library, 25 and more | verdict outside_library |
+//! | rises, at bound | answers other than none | the held-out error rises; a parameter at its bound |
 //! | masked | one effect takes back the other, 25 and more | named |
 
 mod practice;
@@ -71,6 +72,10 @@ pub struct Assessed {
     pub skill: Option<f64>,
     /// Parameters whose interval holds the true value, of those that are defined alike.
     pub covered: Share,
+    /// [`Answer::rises`].
+    pub rises: bool,
+    /// [`Answer::at_bound`].
+    pub at_bound: bool,
     /// Rows.
     pub samples: usize,
     /// Time taken (s).
@@ -128,6 +133,10 @@ pub struct Metrics {
     pub outside: Share,
     /// Masked pairs with both named.
     pub masked: Share,
+    /// Answers that name something and predict held-out readings worse than before.
+    pub rises: Share,
+    /// Answers with a parameter at its bound.
+    pub at_bound: Share,
     /// Longest time (s) for a recording of 3500 samples and more; `None`: there was none, or none
     /// was measured.
     pub slowest_s: Option<f64>,
@@ -182,6 +191,8 @@ impl Assessed {
             location: location(&truth.region, &answer.region),
             skill: skill(truth, &answer.prediction),
             covered,
+            rises: answer.rises,
+            at_bound: answer.at_bound,
             samples: truth.truth_clean.len(),
             seconds: answer.seconds,
         }
@@ -272,6 +283,8 @@ impl Metrics {
                 case.verdict == Verdict::OutsideLibrary
             }),
             masked: share(&masks, &named),
+            rises: share(&detected, &|case| case.rises),
+            at_bound: share(&detected, &|case| case.at_bound),
             slowest_s: long.map(|case| case.seconds).max_by(f64::total_cmp),
             confusion,
             cases,

@@ -93,6 +93,8 @@ impl Metrics {
             share("95 % intervals", self.covered, Goal::Between(0.92, 0.98)),
             share("outside the library", self.outside, Goal::AtLeast(0.9)),
             share("masked pairs", self.masked, Goal::AtLeast(0.8)),
+            share("held-out error that rises", self.rises, Goal::AtMost(0.0)),
+            share("parameter at its bound", self.at_bound, Goal::AtMost(0.0)),
         ]
     }
 

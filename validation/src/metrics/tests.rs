@@ -28,6 +28,7 @@ fn named(name: &str, alternatives: &[&str], interval: [f64; 2]) -> Named {
         low,
         high,
         unit: "1".into(),
+        at_bound: false,
     };
     Named {
         name: name.to_owned(),
@@ -42,6 +43,8 @@ fn answer(verdict: Verdict, effects: Vec<Named>) -> Answer {
         effects,
         region: vec![1, 2, 3],
         prediction: vec![2.0, 2.0, 1.5, f64::NAN],
+        rises: false,
+        at_bound: false,
         seconds: 2.0,
     }
 }

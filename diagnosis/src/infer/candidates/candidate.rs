@@ -30,6 +30,8 @@ pub struct Parameter {
     pub neutral: f64,
     /// Distance from there below which it changes no decision.
     pub practical: f64,
+    /// Whether its highest value is all there can be: a share of 1.
+    pub is_share: bool,
 }
 
 /// One thing that may be missing.
@@ -59,6 +61,24 @@ pub struct Candidate {
     pub settled_by: &'static str,
     /// What values of its parameters change.
     pub change: Change,
+    /// When it sets in; `None`: it is there from the beginning.
+    pub since: Option<Onset>,
+}
+
+/// A moment at which something sets in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Onset {
+    /// When (s).
+    pub at_s: f64,
+    /// The ends of its 95 % interval (s).
+    pub ends_s: [f64; 2],
+}
+
+impl Onset {
+    /// At a moment (s), within an interval.
+    pub(crate) fn new(at_s: f64, ends_s: [f64; 2]) -> Onset {
+        Onset { at_s, ends_s }
+    }
 }
 
 /// Where the values of a candidate's parameters go.
@@ -71,6 +91,15 @@ pub enum Change {
 }
 
 impl Parameter {
+    /// Whether a value lies at an end of the range at which the effect does not vanish, within
+    /// half a percent of the range: as near as a fit stops.
+    #[must_use]
+    pub fn is_at_end(&self, value: f64) -> bool {
+        let margin = 0.005 * (self.high - self.low);
+        let is_end = |end: f64| (value - end).abs() < margin && end != self.neutral;
+        is_end(self.low) || is_end(self.high) && !self.is_share
+    }
+
     /// Of a fault: from `low` to `high` in its unit, neutral at 0.
     pub(crate) const fn new(
         name: &'static str,
@@ -85,6 +114,7 @@ impl Parameter {
             high,
             neutral: 0.0,
             practical,
+            is_share: false,
         }
     }
 }
@@ -99,6 +129,14 @@ impl Candidate {
             part * part
         });
         squares.sum::<f64>().sqrt()
+    }
+
+    /// Whether a parameter that makes it up was driven to an end of what it may be: it would go
+    /// further, so it mends the form of something else. What only shapes it may lie there.
+    #[must_use]
+    pub fn is_at_bound(&self, values: &[f64]) -> bool {
+        let mut essential = self.parameters.iter().zip(values).take(self.essential);
+        essential.any(|(parameter, &value)| parameter.is_at_end(value))
     }
 
     /// Puts values of the parameters into a hypothesis.

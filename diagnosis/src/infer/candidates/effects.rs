@@ -73,6 +73,9 @@ impl Trial {
         let parameters = fitted().zip(self.practical);
         let parameters = parameters.map(|((parameter, symbol, ends), &practical)| {
             let [low, high] = ends.map(|end| shows.scaled(end, parameter.fit_over));
+            // More than all of another profile or field says that its form is wrong.
+            let is_share = ["share", "shadow"].contains(&parameter.key);
+            let high = if is_share { 1.0 } else { high };
             let is_moment = parameter.fit_over == FitOver::Recording;
             Parameter {
                 name: symbol,
@@ -81,6 +84,7 @@ impl Trial {
                 high,
                 neutral: if is_moment { low } else { parameter.neutral },
                 practical: if is_moment { high - low } else { practical },
+                is_share,
             }
         });
         let start = |values: &&[f64]| {
@@ -99,6 +103,7 @@ impl Trial {
             closure_error: self.closure_error,
             settled_by: self.settled_by,
             change: Change::Effect(spec),
+            since: None,
         }
     }
 }

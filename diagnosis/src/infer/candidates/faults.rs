@@ -23,6 +23,8 @@ pub(crate) struct Fault {
     pub(crate) starts: &'static [f64],
     /// Whether the values of parameters and starts are over the highest reading.
     pub(crate) is_over_fastest: bool,
+    /// Whether they are over the length of the recording, where that is shorter than an hour.
+    pub(crate) is_over_hours: bool,
     /// See [`Candidate::closure_error`].
     pub(crate) closure_error: f64,
     /// See [`Candidate::settled_by`].
@@ -36,7 +38,13 @@ pub(crate) struct Fault {
 impl Fault {
     /// As a candidate for a recording that shows so much.
     pub(crate) fn candidate(&self, shows: &Shows) -> Candidate {
-        let over = [1.0, shows.fastest][usize::from(self.is_over_fastest)];
+        let [from_s, to_s] = shows.span_s;
+        let hours = ((to_s - from_s) / 3600.0).clamp(1e-3, 1.0);
+        let over = match (self.is_over_fastest, self.is_over_hours) {
+            (true, _) => shows.fastest,
+            (false, true) => hours.recip(),
+            (false, false) => 1.0,
+        };
         let scaled = |parameter: &Parameter| Parameter {
             low: over * parameter.low,
             high: over * parameter.high,
@@ -57,6 +65,7 @@ impl Fault {
             closure_error: self.closure_error,
             settled_by: self.settled_by,
             change: Change::Hypothesis(self.change),
+            since: None,
         }
     }
 }
@@ -69,6 +78,7 @@ pub(crate) const GAIN: Fault = Fault {
     parameters: &[Parameter::new("g", "1", [-0.6, 0.9], 0.07)],
     starts: &[0.08],
     is_over_fastest: false,
+    is_over_hours: false,
     closure_error: 0.0,
     settled_by: "the same hover with a second probe beside the first, or the probe in a calibrated stream at two speeds",
     change: |p, h| h.sensor.gain = p[0],
@@ -132,10 +142,11 @@ pub(crate) const DRIFT: Fault = Fault {
     equation: "y -> (1 + g' t) y + b' t",
     description: "the sensor's calibration drifts with time",
     parameters: &[
-        Parameter::new("g'", "1/h", [-6.0, 6.0], 0.2),
-        Parameter::new("b'", "m/s/h", [-6.0, 6.0], 0.3),
+        Parameter::new("g'", "1/h", [-1.0, 1.0], 0.07),
+        Parameter::new("b'", "m/s/h", [-2.0, 2.0], 0.08),
     ],
-    starts: &[0.1, 0.1, -0.1, -0.1],
+    starts: &[0.03, 0.03, -0.03, -0.03],
+    is_over_hours: true,
     settled_by: "the first hover once more at the end of the flight",
     change: |p, h| {
         h.sensor.gain_drift_per_h = p[0];

@@ -1,0 +1,133 @@
+//! A finding held against recordings that it was not fitted to: what `plan simulate --finding`,
+//! `plan diagnose --finding` and `plan diagnose --judge` share.
+
+use std::path::Path;
+
+use diagnosis::campaign::{Applied, CampaignOptions, Compared, apply, apply_campaign};
+use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::infer::finding_file::{FindingFile, read_finding};
+use diagnosis::record::recording::Recording;
+
+use super::diagnose::{amount, is_log};
+use crate::io::failure::Failure;
+use crate::io::files::{self, MOST_SCENARIO_BYTES};
+use crate::plots;
+use crate::report::sections::{Figure, Part, Report};
+use crate::report::words::{count, joined, tally};
+
+/// Rows of the table by flight at a terminal; the page and the JSON have all.
+const SHOWN: usize = 12;
+
+/// Reads a `finding.ron`.
+pub(crate) fn read(path: &Path) -> Result<FindingFile, Failure> {
+    let text = files::text(path, MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
+    read_finding(&text).map_err(|error| Failure::Finding {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+/// Judges a finding on recordings: all of them, or those of these indices where they are flight
+/// logs and the others serve the thrust maps.
+pub(crate) fn judge(
+    recordings: &[Recording],
+    judge: Vec<usize>,
+    channel: Option<Channel>,
+    finding: &FindingFile,
+) -> Result<Applied, Failure> {
+    let logs = recordings.iter().filter(|one| is_log(one)).count();
+    if logs == recordings.len() {
+        let options = CampaignOptions {
+            judge,
+            alone: finding.is_alone,
+        };
+        return Ok(apply_campaign(recordings, &options, &finding.correction)?);
+    }
+    if logs > 0 {
+        let others = recordings.len() - logs;
+        return Err(Failure::NotOnlyFlightLogs { others });
+    }
+    let applied = apply(recordings, channel, &finding.correction);
+    applied.ok_or(Failure::NothingToCompare(recordings.len()))
+}
+
+/// Whether it predicts these recordings better than the simulation as it is, nothing fitted.
+pub(crate) fn helps(applied: &Applied) -> bool {
+    let all = applied.all.first();
+    all.is_some_and(|all| all.rms_after[1] < all.rms_before)
+}
+
+/// What it does to them.
+pub(crate) fn section(report: &mut Report, applied: &Applied, names: &[String]) {
+    let what = match names.is_empty() {
+        true => "The finding names nothing: after is as before.".to_owned(),
+        false => format!("With {}.", joined(names.iter(), ", ")),
+    };
+    let how = "Nothing is fitted to these recordings. Offset: one a drone or probe and recording is taken off, before and after alike. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six.";
+    let table = |rows: &[Compared]| {
+        let headings = "where | offset | rows | recordings | rms before | after (95 %) | R2 before | after (95 %) | gained (95 %)";
+        let rows = rows.iter().map(|row| cells(row, applied.channel));
+        Part::table("llrrrrrrr", headings, rows)
+    };
+    let parts = vec![
+        Part::Line(what),
+        Part::line(how),
+        table(&applied.all),
+        table(&applied.by_flight).shortened(SHOWN),
+    ];
+    report.section("Finding applied", parts);
+}
+
+fn cells(row: &Compared, channel: Channel) -> Vec<String> {
+    let [low, after, high] = row.rms_after.map(|value| amount(value, channel));
+    let r2 = |[low, value, high]: [f64; 3]| format!("{value:.3} ({low:.3} to {high:.3})");
+    vec![
+        row.rows_where.clone(),
+        ["none", "one each"][usize::from(row.has_offsets)].to_owned(),
+        row.rows.to_string(),
+        row.recordings.to_string(),
+        amount(row.rms_before, channel),
+        format!("{after} ({low} to {high})"),
+        format!("{:.3}", row.r2_before),
+        r2(row.r2_after),
+        r2(row.r2_gained),
+    ]
+}
+
+/// Residual maps and what else the samples allow, before and after.
+pub(crate) fn figures(name: &str, recordings: &[Recording], applied: &Applied) -> Vec<Figure> {
+    let draw = |samples: &[(usize, Vec<Sample>)]| {
+        let all = samples
+            .iter()
+            .map(|(of, samples)| (&recordings[*of], &samples[..]));
+        plots::simulation::draw(name, &all.collect::<Vec<_>>(), |_| None)
+    };
+    let sides = [("before", &applied.plain), ("after", &applied.corrected)];
+    let drawn = sides.into_iter().flat_map(|(side, samples)| {
+        draw(samples).into_iter().map(move |figure| Figure {
+            name: format!("{side}-{}", figure.name),
+            caption: format!("{side} the finding is applied. {}", figure.caption),
+            svg: figure.svg,
+        })
+    });
+    drawn.collect()
+}
+
+/// `967 values of 1 recording (1 Kolibri), to which nothing was fitted`.
+pub(crate) fn lead(recordings: &[Recording], applied: &Applied) -> String {
+    let rows = applied.all.first().map_or(0, |all| all.rows);
+    let kinds = tally(
+        recordings
+            .iter()
+            .flat_map(|one| one.vehicles.iter().map(|vehicle| vehicle.airframe.name())),
+    );
+    let kinds = kinds
+        .iter()
+        .map(|(name, number)| format!("{number} {name}"));
+    format!(
+        "{} of {} ({}), to which nothing was fitted",
+        count(rows, "value", "values"),
+        count(applied.plain.len(), "recording", "recordings"),
+        joined(kinds, ", ")
+    )
+}
