@@ -1,0 +1,85 @@
+//! The package's exceptions, from what the crates refuse.
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use serde_json::{Value, json};
+
+/// An exception of the package by its name, with a message and its entries as data.
+pub(crate) fn refused(py: Python<'_>, class: &str, message: &str, entries: &[Value]) -> PyErr {
+    let entries = Value::from(entries.to_vec()).to_string();
+    let made = py
+        .import("leeward._errors")
+        .and_then(|module| module.getattr("made"))
+        .and_then(|made| made.call1((class, message, entries)));
+    made.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// What is wrong with a scenario, each at its line and column, from 1.
+pub(crate) fn scenario(
+    py: Python<'_>,
+    (name, text): (&str, &str),
+    problems: &planner::Problems,
+) -> PyErr {
+    let entry = |problem: &planner::scenario::Problem| {
+        let cited = problem.cited.as_deref();
+        let file = cited.map_or(name, |it| it.file.as_str());
+        let text = cited.map_or(text, |it| it.text.as_str());
+        let place = problem.span.as_ref().map(|span| place(text, span.start));
+        json!({
+            "message": problem.message,
+            "file": file,
+            "line": place.map(|(line, _)| line),
+            "column": place.map(|(_, column)| column),
+            "label": problem.label,
+            "notes": problem.notes,
+            "help": problem.help,
+        })
+    };
+    let entries: Vec<Value> = problems.iter().map(entry).collect();
+    refused(py, "ScenarioError", &problems.to_string(), &entries)
+}
+
+/// Line and column, from 1, of a byte of a text; columns count characters.
+fn place(text: &str, at: usize) -> (usize, usize) {
+    let before = &text.as_bytes()[..at.min(text.len())];
+    let line = before.iter().filter(|it| **it == b'\n').count() + 1;
+    let begins = before
+        .iter()
+        .rposition(|it| *it == b'\n')
+        .map_or(0, |it| it + 1);
+    let column = String::from_utf8_lossy(&before[begins..]).chars().count() + 1;
+    (line, column)
+}
+
+/// What is wrong with a recording, each at its file and line.
+pub(crate) fn recording(py: Python<'_>, problems: &diagnosis::record::problem::Problems) -> PyErr {
+    let entry = |problem: &diagnosis::record::problem::Problem| {
+        json!({
+            "message": problem.message,
+            "file": problem.file,
+            "line": problem.line,
+            "column": problem.field,
+            "label": null,
+            "notes": [],
+            "help": problem.help,
+        })
+    };
+    let entries: Vec<Value> = problems.0.iter().map(entry).collect();
+    let lines: Vec<String> = problems.0.iter().map(ToString::to_string).collect();
+    refused(py, "RecordingError", &lines.join("\n"), &entries)
+}
+
+/// An exception of the package that is one sentence.
+pub(crate) fn sentence(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
+    refused(py, class, &message.to_string(), &[])
+}
+
+/// What can only go wrong by a fault of this package.
+pub(crate) fn fault(message: impl ToString) -> PyErr {
+    PyRuntimeError::new_err(format!("a fault of leeward: {}", message.to_string()))
+}
+
+/// Plain data as JSON text.
+pub(crate) fn json_text(value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value).map_err(fault)
+}

@@ -1,0 +1,224 @@
+"""The air below one hovering drone, and how far below it another may be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _leeward
+
+if TYPE_CHECKING:
+    import pandas as _pandas
+
+Floats = npt.NDArray[np.float64]
+
+#: Airframes that are known by name.
+PRESETS: tuple[str, ...] = tuple(_leeward.PRESETS)
+
+
+@dataclass(frozen=True)
+class Airframe:
+    """A multirotor by its numbers."""
+
+    name: str
+    mass_kg: float
+    propellers: int
+    propeller_diameter_m: float
+    motor_distance_m: float
+    """The diagonal from motor to motor."""
+    width_factor: float = 1.0
+    """How much wider its wake is than that of propellers that are not canted."""
+
+
+class Air:
+    """The mean airflow below a hovering drone.
+
+    ``airframe``: one of ``PRESETS``, or an ``Airframe``; ``mass_kg``: with payload, the airframe's
+    own if it is left out; ``temperature_c`` (°C) and ``pressure_pa`` (Pa) of the still air.
+
+    Raises ``ValueError`` for an airframe that is not known, or a number that cannot be.
+    """
+
+    def __init__(
+        self,
+        airframe: Union[str, Airframe],
+        mass_kg: float | None = None,
+        *,
+        temperature_c: float = 15.0,
+        pressure_pa: float = 101_325.0,
+    ) -> None:
+        outside = (float(temperature_c), float(pressure_pa))
+        if isinstance(airframe, Airframe):
+            numbers = (
+                float(airframe.mass_kg),
+                int(airframe.propellers),
+                float(airframe.propeller_diameter_m),
+                float(airframe.motor_distance_m),
+                float(airframe.width_factor),
+            )
+            self.name = airframe.name
+            self._air = _leeward.Air(airframe.name, numbers, mass_kg, outside)
+        else:
+            self.name = airframe
+            self._air = _leeward.Air(airframe, None, mass_kg, outside)
+
+    @property
+    def hover_velocity_mps(self) -> float:
+        """Induced velocity at hover (m/s)."""
+        return self._air.hover_velocity_mps
+
+    @property
+    def density_kg_per_m3(self) -> float:
+        """Of the air (kg/m³)."""
+        return self._air.density_kg_per_m3
+
+    @property
+    def motor_distance_m(self) -> float:
+        """The diagonal from motor to motor (m)."""
+        return self._air.motor_distance_m
+
+    @property
+    def near_field_depth_m(self) -> float:
+        """Down to here the jets of single rotors merge (m)."""
+        return self._air.near_field_depth_m
+
+    def speed(self, xyz: npt.ArrayLike) -> Floats:
+        """Axial speed, downwards (m/s), at offsets from the centre of the rotor plane.
+
+        ``xyz``: shape (n, 3) or (3,), m, z up; below the drone z is negative. Shape (n,).
+        """
+        return self._air.speed(_rows(xyz))
+
+    def velocity(self, xyz: npt.ArrayLike) -> Floats:
+        """Velocity of the air (m/s, world axes) at such offsets; shape (n, 3)."""
+        return self._air.velocity(_rows(xyz))
+
+    def mean_over_discs(self, receiver: Air, xyz: npt.ArrayLike) -> Floats:
+        """Mean axial speed (m/s) over the rotor discs of a level drone at such offsets; (n,)."""
+        return self._air.mean_over_discs(receiver._air, _rows(xyz))
+
+    def __repr__(self) -> str:
+        return f"Air({self.name!r}, hover_velocity_mps={self.hover_velocity_mps:.2f})"
+
+
+def _rows(xyz: npt.ArrayLike) -> Floats:
+    rows = np.ascontiguousarray(np.asarray(xyz, dtype=np.float64))
+    return rows[None, :] if rows.ndim == 1 else rows
+
+
+@dataclass(frozen=True)
+class Separation:
+    """What one hovering drone makes of the air of another, by how far it is below and beside."""
+
+    above: str
+    """Whose wake it is."""
+    below: str
+    """Who is in it."""
+    depth_m: Floats
+    """How far below, rotor plane to rotor plane (m); shape (d,)."""
+    offset_m: Floats
+    """How far beside (m); shape (o,)."""
+    air_mps: Floats
+    """Mean air over the lower drone's discs (m/s); shape (d, o)."""
+    alpha: Floats
+    """The same over its own induced velocity; shape (d, o)."""
+    power: Floats
+    """Its power to hover there over that in still air; shape (d, o)."""
+
+    def depth_needed_m(self, alpha: float, offset_m: float = 0.0) -> float:
+        """From which depth on (m) ``alpha`` is not exceeded, at the nearest offset of the table,
+        whichever depth below it is asked for; infinite if the last depth exceeds it."""
+        column = int(np.argmin(np.abs(self.offset_m - offset_m)))
+        exceeds = np.flatnonzero(self.alpha[:, column] > alpha)
+        if exceeds.size == 0:
+            return float(self.depth_m[0])
+        last = int(exceeds[-1])
+        if last + 1 == self.depth_m.size:
+            return float("inf")
+        (d0, d1), (a0, a1) = self.depth_m[last : last + 2], self.alpha[last : last + 2, column]
+        return float(d0 + (d1 - d0) * (a0 - alpha) / (a0 - a1))
+
+    def to_pandas(self) -> _pandas.DataFrame:
+        """A row for each depth and offset; needs pandas."""
+        import pandas as pd
+
+        depth, offset = np.meshgrid(self.depth_m, self.offset_m, indexing="ij")
+        columns = {
+            "depth_m": depth,
+            "offset_m": offset,
+            "air_mps": self.air_mps,
+            "alpha": self.alpha,
+            "power": self.power,
+        }
+        return pd.DataFrame({name: values.ravel() for name, values in columns.items()})
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<th>{it:.2f} m</th>" for it in self.offset_m)
+        rows = "".join(
+            f"<tr><th>{depth:.2f} m</th>" + "".join(f"<td>{it:.3f}</td>" for it in row) + "</tr>"
+            for depth, row in zip(self.depth_m, self.alpha)
+        )
+        title = f"alpha of {_escaped(self.below)} below {_escaped(self.above)}, by offset"
+        return f"<table><caption>{title}</caption><tr><th></th>{head}</tr>{rows}</table>"
+
+
+def _escaped(text: str) -> str:
+    import html
+
+    return html.escape(text)
+
+
+def separation(
+    airframe: Union[str, Airframe, Air],
+    *,
+    under: Union[str, Airframe, Air],
+    depths_m: Sequence[float] | Floats | None = None,
+    offsets_m: Sequence[float] | Floats | None = None,
+    temperature_c: float = 15.0,
+    pressure_pa: float = 101_325.0,
+) -> Separation:
+    """How much air a drone meets below another, both hovering in still air.
+
+    ``airframe``: the lower; ``under``: the upper. ``Air`` objects carry their own payload and
+    weather. ``depths_m`` (m, above 0) and ``offsets_m`` (m, from 0): by default from the lower's
+    motor distance to 60 of the upper's, and up to 3 of them beside.
+    """
+
+    def air_of(of: Union[str, Airframe, Air]) -> Air:
+        if isinstance(of, Air):
+            return of
+        return Air(of, temperature_c=temperature_c, pressure_pa=pressure_pa)
+
+    lower, upper = air_of(airframe), air_of(under)
+    unit_m = upper.motor_distance_m
+    depths = _line(depths_m, np.geomspace(lower.motor_distance_m, 60.0 * unit_m, 40), "depths_m")
+    offsets = _line(offsets_m, np.linspace(0.0, 3.0 * unit_m, 7), "offsets_m")
+    if not (depths > 0.0).all():
+        raise ValueError("depths_m: every depth must be above 0 m")
+    depth, offset = np.meshgrid(depths, offsets, indexing="ij")
+    places = np.stack([offset.ravel(), np.zeros(depth.size), -depth.ravel()], axis=1)
+    air = upper.mean_over_discs(lower, places)
+    alpha = air / lower.hover_velocity_mps
+    power = _leeward.power_ratio(alpha)
+    return Separation(
+        above=upper.name,
+        below=lower.name,
+        depth_m=depths,
+        offset_m=offsets,
+        air_mps=air.reshape(depth.shape),
+        alpha=alpha.reshape(depth.shape),
+        power=power.reshape(depth.shape),
+    )
+
+
+def _line(given: Any, usual: Floats, name: str) -> Floats:
+    line = usual if given is None else np.atleast_1d(np.asarray(given, dtype=np.float64))
+    if line.ndim != 1 or line.size == 0 or not np.isfinite(line).all():
+        raise ValueError(f"{name}: a line of finite lengths (m) is asked for")
+    return np.sort(line)
+
+

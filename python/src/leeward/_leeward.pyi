@@ -1,0 +1,105 @@
+from typing import Any, TypeAlias, final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "FOLDER_FILES",
+    "PRESETS",
+    "Air",
+    "Plan",
+    "Recording",
+    "Running",
+    "World",
+    "__version__",
+    "calibrate",
+    "check",
+    "diagnose",
+    "diagnose_flights",
+    "fly",
+    "plan",
+    "power_ratio",
+    "simulate",
+]
+
+_Floats: TypeAlias = npt.NDArray[np.float64]
+_Numbers: TypeAlias = tuple[float, int, float, float, float]
+_To: TypeAlias = tuple[list[float], float, float | None]
+_Change: TypeAlias = tuple[str, str, float, list[_To]]
+
+__version__: str
+PRESETS: list[str]
+FOLDER_FILES: list[str]
+
+@final
+class Air:
+    def __new__(
+        cls,
+        name: str,
+        numbers: _Numbers | None,
+        mass_kg: float | None,
+        outside: tuple[float, float],
+    ) -> Air: ...
+    @property
+    def hover_velocity_mps(self) -> float: ...
+    @property
+    def density_kg_per_m3(self) -> float: ...
+    @property
+    def motor_distance_m(self) -> float: ...
+    @property
+    def near_field_depth_m(self) -> float: ...
+    def speed(self, offsets_m: _Floats) -> _Floats: ...
+    def velocity(self, offsets_m: _Floats) -> _Floats: ...
+    def mean_over_discs(self, receiver: Air, offsets_m: _Floats) -> _Floats: ...
+
+@final
+class World:
+    def __new__(cls, named: tuple[str, str], folder: str, finding: str | None) -> World: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def drones(self) -> list[str]: ...
+
+@final
+class Plan:
+    @staticmethod
+    def read(text: str) -> Plan: ...
+    def json(self) -> str: ...
+    def positions(self, drone: int, t_s: _Floats) -> _Floats: ...
+
+@final
+class Recording:
+    @staticmethod
+    def read_folder(name: str, files: dict[str, bytes]) -> Recording: ...
+    @staticmethod
+    def read_log(
+        named: tuple[str, str], bytes: bytes, campaign: tuple[str, str]
+    ) -> Recording: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def is_flight_log(self) -> bool: ...
+
+@final
+class Running:
+    def __new__(cls, world: World, plan: Plan) -> Running: ...
+    def plan(self) -> Plan: ...
+    def replan(self, at_s: float, changes: list[_Change]) -> str: ...
+
+def power_ratio(alpha: _Floats) -> _Floats: ...
+def plan(
+    world: World, seed: int | None, time_limit_s: float | None, contrast: bool
+) -> Plan: ...
+def check(text: str, late: bool) -> str: ...
+def fly(
+    plan: Plan,
+    cases: tuple[list[str], list[str], list[float]],
+    air: tuple[float | None, bool, int],
+    until_s: float | None,
+) -> str: ...
+def simulate(recording: Recording) -> tuple[dict[str, Any], list[str]]: ...
+def diagnose(recording: Recording, channel: str | None) -> tuple[str, str]: ...
+def diagnose_flights(
+    recordings: list[Recording], alone: bool, near_the_floor: bool
+) -> tuple[str, str, str]: ...
+def calibrate(recordings: list[Recording], seed: int) -> tuple[str, str]: ...

@@ -1,0 +1,300 @@
+"""Scenarios planned; plans as data; plans checked and flown."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _leeward
+from ._ron import Scenario, text_of
+
+if TYPE_CHECKING:
+    import pandas as _pandas
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Violation:
+    """Something that a plan must not do."""
+
+    kind: str
+    """Which check: ``air``, ``collision``, ``column``, ... (docs/formats.md)."""
+    drone: str
+    with_: str | None
+    """With whom or what."""
+    from_s: float
+    """First moment (s)."""
+    until_s: float | None
+    """Last moment (s); ``None``: until the end."""
+    position_m: tuple[float, float, float]
+    """Where the drone is at the worst moment (m)."""
+    value: float
+    """The worst value, in ``unit``."""
+    limit: float
+    unit: str
+
+    @staticmethod
+    def _of(entry: Mapping[str, Any]) -> Violation:
+        x, y, z = entry["position_m"]
+        return Violation(
+            kind=entry["kind"],
+            drone=entry["drone"],
+            with_=entry.get("with"),
+            from_s=entry["from_s"],
+            until_s=entry["until_s"],
+            position_m=(x, y, z),
+            value=entry["value"],
+            limit=entry["limit"],
+            unit=entry["unit"],
+        )
+
+
+class DronePlan(Mapping[str, Any]):
+    """One drone of a plan: its fields of plan.json, and where it is."""
+
+    def __init__(self, plan: Plan, index: int, data: Mapping[str, Any]) -> None:
+        self._plan, self._index, self._data = plan, index, data
+
+    @property
+    def name(self) -> str:
+        return str(self._data["name"])
+
+    @property
+    def t_s(self) -> Floats:
+        """Break points of its trajectory (s)."""
+        return np.asarray(self._data["trajectory"]["t_s"], dtype=np.float64)
+
+    def position(self, t_s: npt.ArrayLike) -> Floats:
+        """Where it is at some times (s): shape (n, 3), m; NaN where it has not come or has left."""
+        times = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
+        return self._plan._plan.positions(self._index, np.ascontiguousarray(times.ravel()))
+
+    def __getitem__(self, key: str) -> Any:
+        return self._data[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._data)
+
+    def __len__(self) -> int:
+        return len(self._data)
+
+    def __repr__(self) -> str:
+        return f"DronePlan({self.name!r}, arrives_s={self._data['arrives_s']})"
+
+
+class Plan:
+    """A verified plan: what plan.json holds (``data``), drones by name, positions as arrays."""
+
+    def __init__(self, plan: _leeward.Plan, world: _leeward.World | None = None) -> None:
+        self._plan, self._world = plan, world
+        self.data: dict[str, Any] = json.loads(plan.json())
+        """All of it, as docs/formats.md has it."""
+        drones = self.data["drones"]
+        self._drones = {it["name"]: DronePlan(self, k, it) for k, it in enumerate(drones)}
+
+    @staticmethod
+    def load(path: Union[str, os.PathLike[str]]) -> Plan:
+        """Reads a plan.json; raises ``PlanError`` where it is none."""
+        return Plan(_leeward.Plan.read(Path(path).read_text(encoding="utf-8")))
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes it as a plan.json."""
+        Path(path).write_text(self._plan.json() + "\n", encoding="utf-8")
+
+    @property
+    def status(self) -> str:
+        """``safe``, ``partial`` (some drones have no path) or ``unsafe`` (not to be flown)."""
+        return str(self.data["status"])
+
+    @property
+    def is_safe(self) -> bool:
+        """Every drone is planned, and the verifier found nothing."""
+        return self.status == "safe"
+
+    @property
+    def makespan_s(self) -> float:
+        """When the last drone has arrived (s)."""
+        return float(self.data["fleet"]["makespan_s"])
+
+    @property
+    def violations(self) -> list[Violation]:
+        """What the verifier found."""
+        return [Violation._of(it) for it in self.data["violations"]]
+
+    @property
+    def names(self) -> list[str]:
+        """Of all drones, in the scenario's order."""
+        return list(self._drones)
+
+    def __getitem__(self, name: str) -> DronePlan:
+        return self._drones[name]
+
+    def __iter__(self) -> Iterator[DronePlan]:
+        return iter(self._drones.values())
+
+    def __len__(self) -> int:
+        return len(self._drones)
+
+    def times(self, dt_s: float) -> Floats:
+        """From 0 to the end of the last motion in steps of ``dt_s`` (s)."""
+        if not dt_s > 0.0:
+            raise ValueError(f"dt_s is {dt_s} s; it must be above 0")
+        last_s = max((float(it.t_s[-1]) for it in self if it.t_s.size), default=0.0)
+        steps = np.arange(int(np.ceil(last_s / dt_s)) + 1)
+        return np.asarray(steps * dt_s, dtype=np.float64)
+
+    def samples(self, dt_s: float) -> tuple[Floats, Floats]:
+        """Times (t,), s, and where all drones are then (drones, t, 3), m."""
+        t_s = self.times(dt_s)
+        return t_s, np.stack([it.position(t_s) for it in self])
+
+    def to_pandas(self) -> _pandas.DataFrame:
+        """A row a drone; needs pandas."""
+        import pandas as pd
+
+        skipped = {"trajectory", "airframe"}
+        rows = [{k: v for k, v in it.items() if k not in skipped} for it in self]
+        return pd.DataFrame(rows).set_index("name")
+
+    def __repr__(self) -> str:
+        return f"<Plan: {len(self)} drones, {self.status}, {self.makespan_s:.1f} s>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th>{html.escape(it.name)}</th><td>{it['arrives_s']:.2f}</td>"
+            f"<td>{it['worst_air_mps']:.2f}</td></tr>"
+            for it in list(self)[:40]
+        )
+        more = f"<p>and {len(self) - 40} more</p>" if len(self) > 40 else ""
+        caption = f"{len(self)} drones, {html.escape(self.status)}, {self.makespan_s:.1f} s"
+        head = "<tr><th>drone</th><th>arrives (s)</th><th>worst air (m/s)</th></tr>"
+        return f"<table><caption>{caption}</caption>{head}{rows}</table>{more}"
+
+
+def plan(
+    scenario: Scenario,
+    *,
+    seed: int | None = None,
+    finding: Union[str, os.PathLike[str], None] = None,
+    time_limit_s: float | None = None,
+    contrast: bool = False,
+) -> Plan:
+    """Plans a scenario and verifies the plan.
+
+    ``scenario``: a path, a text (RON), or a dict with the same keys. ``seed`` and ``finding`` (a
+    file) take the place of the scenario's. With ``time_limit_s`` (s) it stops with the best so
+    far; without it the same scenario gives the same plan. ``contrast``: plan once more as if there
+    were no downwash, to say what ignoring it costs.
+
+    Raises ``ScenarioError`` with every problem at its place, and ``Blocked`` where starts exclude
+    one another. Ctrl-C stops it.
+    """
+    name, text, folder = text_of(scenario)
+    cited = None if finding is None else os.fspath(finding)
+    world = _leeward.World((name, text), folder, cited)
+    return Plan(_leeward.plan(world, seed, time_limit_s, contrast), world)
+
+
+@dataclass(frozen=True)
+class Check:
+    """What the verifier says of a plan."""
+
+    violations: list[Violation]
+    unplanned: list[dict[str, Any]]
+    """Drones that stay at their starts, and why."""
+    differences: list[dict[str, Any]]
+    """Figures that the file states and that do not follow from its trajectories."""
+    closest: dict[str, Any] | None
+    """The two bodies that come nearest to one another."""
+    worst_air: dict[str, Any] | None
+    """The drone whose air comes nearest to its limit."""
+    late: list[dict[str, Any] | None]
+    """For each drone how late it may be, all others on time (s); where that was asked for."""
+
+    @property
+    def is_safe(self) -> bool:
+        """Nothing violated, every drone planned, every figure follows."""
+        return not (self.violations or self.unplanned or self.differences)
+
+
+def check(plan: Union[Plan, str, os.PathLike[str]], *, late: bool = False) -> Check:
+    """Judges a plan, or a plan.json, by the verifier alone.
+
+    ``late``: also how late each drone may be, which takes longer. Raises ``PlanError``.
+    """
+    if isinstance(plan, Plan):
+        text = plan._plan.json()
+    else:
+        text = Path(plan).read_text(encoding="utf-8")
+    found = json.loads(_leeward.check(text, late))
+    examined = found["examination"]
+    return Check(
+        violations=[Violation._of(it) for it in found["violations"]],
+        unplanned=found["unplanned"],
+        differences=examined["differences"],
+        closest=examined["closest"],
+        worst_air=examined["worst_air"],
+        late=examined["late"],
+    )
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A plan flown in closed loop: what flight.json holds."""
+
+    data: dict[str, Any]
+
+    @property
+    def is_within_limits(self) -> bool:
+        """No drone over its limit of air, none touches another or anything."""
+        return bool(self.data["is_within_limits"])
+
+    @property
+    def flights(self) -> list[dict[str, Any]]:
+        """One for each controller, feed-forward and speed of the air; ``drones`` has each drone."""
+        flights: list[dict[str, Any]] = self.data["flights"]
+        return flights
+
+    def to_pandas(self) -> _pandas.DataFrame:
+        """A row for each drone of each flight; needs pandas."""
+        import pandas as pd
+
+        cases = ("controller", "feed_forward", "convection")
+        rows = [
+            {**{case: it[case] for case in cases}, **drone}
+            for it in self.flights
+            for drone in it["drones"]
+        ]
+        return pd.DataFrame(rows)
+
+
+def fly(
+    plan: Plan,
+    *,
+    controllers: Sequence[str] = ("px4",),
+    feed_forward: Sequence[str] = ("none",),
+    convection: Sequence[float] = (),
+    gusts: float | None = None,
+    lean: bool = False,
+    seed: int = 0,
+    until_s: float | None = None,
+) -> Flown:
+    """Flies a plan in closed loop through late, gusty air.
+
+    ``controllers``: of ``px4`` and ``research``; ``feed_forward``: of ``none``, ``paper``,
+    ``late``, ``matched``; ``convection``: speeds of the air over that of the centreline, by default
+    the plan's, else 1 and 0.6; ``gusts``: over the centreline speed, 0 for none; ``lean``: air
+    leaves along the thrust; ``until_s``: only up to this time (s).
+    """
+    air = (gusts, lean, seed)
+    cases = (list(controllers), list(feed_forward), [float(it) for it in convection])
+    return Flown(json.loads(_leeward.fly(plan._plan, cases, air, until_s)))

@@ -1,0 +1,64 @@
+"""Scenarios from a path, a text, or a dict with the same keys."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Union
+
+Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+
+
+class Name(str):
+    """A name without quotes in a scenario that is a dict: ``{"at_end": Name("Land")}``."""
+
+
+#: Keys whose values are such names.
+_NAMED = {"at_start", "at_end", "motion", "superposition", "convection"}
+
+
+def text_of(scenario: Scenario) -> tuple[str, str, str]:
+    """What to call it, its text, and the folder of the files that it cites."""
+    if isinstance(scenario, Mapping):
+        return "scenario", f"Scenario{_fields(scenario, 1)}", "."
+    if isinstance(scenario, str) and "(" in scenario:
+        return "scenario", scenario, "."
+    path = Path(scenario)
+    return str(path), path.read_text(encoding="utf-8"), str(path.parent)
+
+
+def _fields(entries: Mapping[str, Any], depth: int) -> str:
+    pad = "    " * depth
+    lines = [
+        f"{pad}{key}: {_value(value, key, depth)},\n"
+        for key, value in entries.items()
+        if value is not None
+    ]
+    return "(\n" + "".join(lines) + "    " * (depth - 1) + ")"
+
+
+def _value(value: Any, key: str, depth: int) -> str:
+    if isinstance(value, Name) or (isinstance(value, str) and key in _NAMED):
+        return str(value)
+    if isinstance(value, Mapping):
+        return _fields(value, depth + 1)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, int):
+        return str(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"{key} is {value}, no number that a scenario may have")
+        return repr(value)
+    if isinstance(value, (list, tuple)):
+        inside = ", ".join(_value(it, "", depth + 1) for it in value)
+        is_place = len(value) == 3 and all(isinstance(it, (int, float)) for it in value)
+        return f"({inside})" if isinstance(value, tuple) or is_place else f"[{inside}]"
+    raise TypeError(f"{key} is a {type(value).__name__}, nothing that a scenario has")

@@ -1,0 +1,324 @@
+"""The package as a user has it: what it answers, what it refuses, and how."""
+
+import doctest
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import leeward
+
+ROOT = Path(__file__).resolve().parents[2]
+WAREHOUSE = ROOT / "scenarios" / "warehouse.ron"
+
+TWO = """Scenario(
+    name: "two",
+    bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
+    drones: [
+        (name: "lifter", airframe: "matrice-300", start_m: (2, 4, 5), tasks: [(to_m: (10, 4, 5))]),
+        (name: "scout", airframe: "kolibri", start_m: (10, 4, 1), at_end: Leave,
+            tasks: [(to_m: (2, 4, 1), dwell_s: 2.5)]),
+    ],
+)"""
+AS_DICT = {
+    "name": "two",
+    "bounds_m": {"min": [0, 0, 0], "max": (12, 8, 6)},
+    "drones": [
+        {
+            "name": "lifter",
+            "airframe": "matrice-300",
+            "start_m": np.array([2.0, 4.0, 5.0]),
+            "tasks": [{"to_m": [10, 4, 5]}],
+        },
+        {
+            "name": "scout",
+            "airframe": "kolibri",
+            "start_m": (10, 4, 1),
+            "at_end": "Leave",
+            "tasks": [{"to_m": (2, 4, 1), "dwell_s": 2.5}],
+        },
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def warehouse():
+    return leeward.plan(WAREHOUSE)
+
+
+def test_the_air_is_the_jet_of_the_paper():
+    mass_kg, diameter_m, l_m = 0.230, 0.0737, 0.118
+    density = 101_325.0 * 0.028966 / (8.3144 * 288.15)
+    disc_m2 = 4 * np.pi * (diameter_m / 2) ** 2
+    u_h = np.sqrt(mass_kg * 9.81 / (2 * density * disc_m2))
+    air = leeward.Air("kolibri")
+    assert air.hover_velocity_mps == pytest.approx(u_h, rel=1e-12)
+    s, r = np.meshgrid(np.linspace(3.0, 40.0, 30) * l_m, np.linspace(0.0, 0.8, 20), indexing="ij")
+    centre = u_h * 10.11 / (s / l_m + 5.817)
+    half = l_m * 0.07668 * (s / l_m + 5.817)
+    expected = centre / (1 + (np.sqrt(2) - 1) * (r / half) ** 2) ** 2
+    places = np.stack([r.ravel(), 0 * r.ravel(), -s.ravel()], axis=1)
+    assert air.speed(places) == pytest.approx(expected.ravel(), rel=1e-3)
+    assert air.velocity(places)[:, 2] == pytest.approx(-air.speed(places), rel=1e-12)
+    assert (air.speed([[0.0, 0.0, 0.1], [0.0, 0.0, 0.0]]) == 0.0).all()
+
+
+def test_arrays_of_any_kind_are_taken_and_wrong_ones_are_told():
+    air = leeward.Air("crazyflie-2.1", mass_kg=0.034)
+    single = air.speed((0.0, 0.0, -0.5))
+    assert single.shape == (1,)
+    assert air.speed(np.array([[0, 0, -0.5]], dtype=np.float32)) == pytest.approx(single)
+    assert air.speed(np.asfortranarray(np.tile([0.0, 0.0, -0.5], (4, 1)))) == pytest.approx(
+        np.repeat(single, 4)
+    )
+    for wrong, told in [([[1.0, 2.0]], "shape"), ([[0.0, np.nan, -1.0]], "finite")]:
+        with pytest.raises(ValueError, match=told):
+            air.speed(wrong)
+    with pytest.raises(ValueError, match="kolibri"):
+        leeward.Air("kolbri")
+    with pytest.raises(ValueError, match="mass_kg"):
+        leeward.Air("kolibri", mass_kg=-1.0)
+    with pytest.raises(ValueError, match="temperature"):
+        leeward.Air("kolibri", temperature_c=-300.0)
+    kolibri = leeward.Airframe("kolibri", 0.230, 4, 0.0737, 0.118)
+    assert leeward.Air(kolibri).speed((0, 0, -1)) == leeward.Air("kolibri").speed((0, 0, -1))
+
+
+def test_separation_is_the_air_over_the_discs():
+    found = leeward.separation("kolibri", under="matrice-300", offsets_m=[0.0, 1.0, 3.0])
+    assert found.alpha.shape == (found.depth_m.size, 3)
+    assert (found.alpha[:, 0] >= found.alpha[:, 2]).all()
+    # P'/P from the induced velocity in downwash, by Newton's iteration.
+    alpha, v = found.alpha, np.ones_like(found.alpha)
+    for _ in range(50):
+        v = v - (v * (v - alpha) - 1.0) / (2 * v - alpha)
+    assert found.power == pytest.approx(v, rel=1e-9)
+    needed = found.depth_needed_m(0.3)
+    there = leeward.separation("kolibri", under="matrice-300", depths_m=[needed], offsets_m=[0.0])
+    assert there.alpha[0, 0] == pytest.approx(0.3, rel=0.02)
+    assert found.depth_needed_m(1e-9) == np.inf
+    assert "matrice-300" in found._repr_html_()
+    with pytest.raises(ValueError, match="depths_m"):
+        leeward.separation("kolibri", under="kolibri", depths_m=[-1.0])
+
+
+def test_a_path_a_text_and_a_dict_are_the_same_scenario(tmp_path):
+    path = tmp_path / "two.ron"
+    path.write_text(TWO)
+    plans = [leeward.plan(it) for it in (path, str(path), TWO, AS_DICT)]
+    texts = {it._plan.json() for it in plans}
+    assert len(texts) == 1
+    first = plans[0]
+    assert first.is_safe and first.names == ["lifter", "scout"]
+    first.save(tmp_path / "plan.json")
+    loaded = leeward.Plan.load(tmp_path / "plan.json")
+    assert loaded.data["drones"] == first.data["drones"]
+
+
+def test_positions_are_the_trajectories(warehouse):
+    assert warehouse.is_safe and len(warehouse) == 12
+    for drone in warehouse:
+        there = np.asarray(drone["trajectory"]["position_m"])
+        if drone["at_end"] != "leave":
+            assert drone.position(drone.t_s) == pytest.approx(there, abs=1e-9)
+    t_s, positions = warehouse.samples(0.5)
+    assert positions.shape == (12, t_s.size, 3)
+    leaves = leeward.plan(TWO)["scout"]
+    assert np.isnan(leaves.position([0.0, 1e6])).tolist() == [[False] * 3, [True] * 3]
+    assert "12 drones" in warehouse._repr_html_()
+    with pytest.raises(ValueError):
+        warehouse.times(0.0)
+
+
+def test_all_that_is_wrong_with_a_scenario_is_data():
+    text = TWO.replace("bounds_m", "bunds_m").replace('"kolibri"', '"kolbri"')
+    with pytest.raises(leeward.ScenarioError) as caught:
+        leeward.plan(text)
+    assert isinstance(caught.value, ValueError)
+    problems = caught.value.problems
+    slip = next(it for it in problems if "bunds_m" in it.message)
+    assert (slip.line, slip.column) == (3, 5) and "bounds_m" in slip.help
+    unknown = next(it for it in problems if "airframe" in it.message)
+    assert (unknown.line, unknown.column) == (6, 35) and "kolibri" in unknown.help
+    with pytest.raises(leeward.ScenarioError):
+        leeward.plan({**AS_DICT, "name": None})
+    with pytest.raises(FileNotFoundError):
+        leeward.plan("nothing.ron")
+    with pytest.raises(ValueError, match="seconds|time"):
+        leeward.plan(TWO, time_limit_s=-1.0)
+
+
+def test_starts_that_exclude_one_another_are_told():
+    text = TWO.replace("start_m: (10, 4, 1)", "start_m: (2, 4, 4.6)")
+    with pytest.raises(leeward.Blocked) as caught:
+        leeward.plan(text)
+    conflict = caught.value.conflicts[0]
+    assert {conflict.drone, conflict.with_} == {"lifter", "scout"}
+    assert conflict.when == "starts"
+
+
+def test_check_finds_what_a_changed_plan_breaks(warehouse, tmp_path):
+    found = leeward.check(warehouse, late=True)
+    assert found.is_safe and len(found.late) == 12 and found.closest["gap_m"] > 0.0
+    data = json.loads(warehouse._plan.json())
+    for drone in data["drones"]:
+        drone["air_limit"] = 0.01
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    broken = leeward.check(tmp_path / "plan.json")
+    assert not broken.is_safe
+    worst = max(broken.violations, key=lambda it: it.value)
+    assert worst.kind == "air" and worst.value > worst.limit == 0.01
+    (tmp_path / "plan.json").write_text("{}")
+    with pytest.raises(leeward.PlanError):
+        leeward.check(tmp_path / "plan.json")
+    with pytest.raises(leeward.PlanError):
+        leeward.Plan.load(tmp_path / "plan.json")
+
+
+def test_a_plan_is_flown(warehouse):
+    flown = leeward.fly(warehouse, gusts=0.0, convection=[1.0], until_s=4.0)
+    assert len(flown.flights) == 1
+    assert {it["name"] for it in flown.flights[0]["drones"]} == set(warehouse.names)
+    again = leeward.fly(warehouse, gusts=0.0, convection=[1.0], until_s=4.0)
+    assert again.data == flown.data
+    with pytest.raises(ValueError, match="px4"):
+        leeward.fly(warehouse, controllers=["px5"])
+
+
+def test_a_plan_is_changed_while_it_is_flown(warehouse):
+    running = leeward.Running(warehouse)
+    late = warehouse.names[0]
+    told = running.replan(3.0, [leeward.Late(late, 1.0)])
+    assert [it["drone"] for it in told.changed if it["cause"] == "late"] == [late]
+    assert running.plan.violations == []
+    changed = {it["drone"] for it in told.changed}
+    for drone in warehouse:
+        is_same = running.plan[drone.name]["trajectory"] == drone["trajectory"]
+        assert is_same == (drone.name not in changed)
+    behind = running.plan[late].position(3.0)
+    assert behind == pytest.approx(warehouse[late].position(2.0), abs=1e-6)
+    with pytest.raises(leeward.ChangeError) as caught:
+        running.replan(4.0, [leeward.Removed("ghost"), leeward.Late(late, -1.0)])
+    assert len(caught.value.problems) == 2
+    to = tuple(warehouse[late].position(2.0)[0])
+    told = running.replan(4.0, [leeward.Retasked(late, [leeward.Task(to, dwell_s=1.0)])])
+    assert not told.refused and running.plan.violations == []
+
+
+def test_a_loaded_plan_needs_its_scenario(warehouse, tmp_path):
+    warehouse.save(tmp_path / "plan.json")
+    loaded = leeward.Plan.load(tmp_path / "plan.json")
+    with pytest.raises(leeward.ChangeError, match="scenario"):
+        leeward.Running(loaded)
+    assert len(leeward.Running(loaded, WAREHOUSE).plan) == 12
+    with pytest.raises(leeward.ChangeError):
+        leeward.Running(loaded, TWO)
+
+
+def test_a_recording_is_diagnosed_simulated_and_calibrated(tmp_path):
+    found = leeward.diagnose(ROOT / "recordings" / "draughty-hall")
+    assert [it.verdict for it in found] == ["library"]
+    assert [it["name"] for it in found[0].effects] == ["crossflow"]
+    assert "crossflow" in found[0].finding_ron and "crossflow" in found[0]._repr_html_()
+    grids = ROOT / "recordings" / "hover-grids"
+    fits = leeward.calibrate(grids)
+    assert fits.verdict == "fits" and fits.jet_ron.strip()
+    simulated = leeward.simulate(grids)
+    assert [it.recording for it in simulated] == sorted(it.recording for it in simulated)
+    one = simulated[0]
+    assert one.position_m.shape == (one.recorded.size, 3) and set(one.channel) == {"speed"}
+    assert np.abs(one.residual).mean() < 0.5 * np.abs(one.recorded).mean()
+
+
+def test_a_recording_that_cannot_be_read_is_told_at_its_place(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        leeward.diagnose(tmp_path / "nothing")
+    with pytest.raises(leeward.RecordingError) as caught:
+        leeward.diagnose(tmp_path)
+    assert "meta.json" in caught.value.problems[0].help
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    source = ROOT / "recordings" / "draughty-hall"
+    for file in source.iterdir():
+        (broken / file.name).write_bytes(file.read_bytes())
+    lines = (broken / "probes.csv").read_text().splitlines()
+    header = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    lines[header + 3] = re.sub(r"^[^,]*", "many", lines[header + 3])
+    (broken / "probes.csv").write_text("\n".join(lines))
+    with pytest.raises(leeward.RecordingError) as caught:
+        leeward.diagnose(broken)
+    problem = caught.value.problems[0]
+    assert problem.file == "probes.csv" and problem.line == header + 4
+    with pytest.raises(leeward.RecordingError, match="no flight log"):
+        leeward.diagnose(broken / "meta.json")
+
+
+def test_ctrl_c_stops_planning():
+    # Some seconds of work.
+    smooth = WAREHOUSE.read_text().replace("bounds_m:", "planning: (motion: Smooth), bounds_m:", 1)
+    planned = []
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    begun = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        planned.append(leeward.plan(smooth))
+        time.sleep(5.0)
+    assert not planned, "it was planned before the signal came"
+    assert time.monotonic() - begun < 3.0
+    # And the next call is not stopped.
+    assert leeward.plan(TWO).is_safe
+
+
+def test_other_threads_go_on_meanwhile():
+    ticks = []
+    done = threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begun = time.monotonic()
+    leeward.plan(WAREHOUSE)
+    done.set()
+    thread.join()
+    assert len(ticks) > 5.0 * (ticks[-1] - begun)
+
+
+def test_without_numpy_it_is_told():
+    code = "import sys; sys.modules['numpy'] = None; import leeward"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "leeward needs numpy" in done.stderr and "pip install numpy" in done.stderr
+
+
+def test_pandas_is_optional(warehouse):
+    pandas = pytest.importorskip("pandas")
+    assert list(warehouse.to_pandas().index) == warehouse.names
+    table = leeward.separation("kolibri", under="kolibri").to_pandas()
+    assert isinstance(table, pandas.DataFrame) and len(table) == 280
+
+
+def test_its_version_is_the_workspace_s_and_its_first_example_is_true():
+    stated = re.search(r'\[workspace\.package\]\nversion = "(.*)"', (ROOT / "Cargo.toml").read_text())
+    assert leeward.__version__ == stated.group(1)
+    assert doctest.testmod(leeward).failed == 0
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / "python" / "examples").glob("*.py")), ids=lambda it: it.stem)
+def test_every_script_runs(script, tmp_path):
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
