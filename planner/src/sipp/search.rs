@@ -93,7 +93,9 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         let is_answer = match &searched.found {
             Found::Stopped => true,
             Found::Blocked(_) => break,
-            Found::Path(path) => is_valid(&setting, agent, path, Rc::make_mut(&mut refuted)),
+            Found::Path(path) => {
+                objections(&setting, agent, path, Rc::make_mut(&mut refuted)).is_allowed()
+            }
         };
         if is_answer {
             return Searched {
@@ -112,12 +114,20 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     };
     let mut searched = look(whole, agent, &Rc::default(), &stays, &mut None);
     searched.expansions += expansions;
-    if let Found::Path(path) = &searched.found
+    if let Found::Path(path) = &mut searched.found
         && agent.smoothing.is_some()
-        && !is_valid(&setting, agent, path, &mut RefutedEdges::default())
     {
         // Changes of velocity that follow one another closely were judged one by one.
-        searched.found = Found::Blocked(None);
+        let against = objections(&setting, agent, path, &mut RefutedEdges::default());
+        let gives_way = |it: &Blocker| setting.weight(it) != IMMOVABLE;
+        match against.breaks_zone.is_none() && against.blockers.iter().all(gives_way) {
+            true => path.met.extend(against.blockers.iter().map(|it| it.drone)),
+            false => searched.found = Found::Blocked(None),
+        }
+        if let Found::Path(path) = &mut searched.found {
+            path.met.sort_unstable();
+            path.met.dedup();
+        }
     }
     searched
 }
@@ -132,35 +142,40 @@ fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
     share > PLAIN_SHARE || !agent.is_straight(setting.roadmap)
 }
 
-/// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
-fn is_valid(setting: &Setting<'_>, agent: &Agent, path: &Path, refuted: &mut RefutedEdges) -> bool {
+/// What the costmap has against a path that was not thought of, and what is in doubt then.
+fn objections(
+    setting: &Setting<'_>,
+    agent: &Agent,
+    path: &Path,
+    refuted: &mut RefutedEdges,
+) -> Verdict {
     let lattice = setting.roadmap.lattice();
-    let mut verdict = Verdict::default();
-    let mut sound = true;
+    let mut all = Verdict::default();
     // What has begun is flown in any case, but for how it goes on.
     let begun = (!agent.begun.is_empty()).then(|| agent.departs.before(agent.lead_ticks()));
     let flown = agent.flown(&path.legs);
     let ahead = flown
         .iter()
         .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
+    let is_met = |it: &Blocker| path.met.contains(&it.drone) && !setting.is_under_way(it);
     for leg in ahead {
-        setting.judge(leg, &mut verdict);
-        let met = |it: &Blocker| path.met.contains(&it.drone) && !setting.is_under_way(it);
-        if verdict.breaks_zone.is_some() || !verdict.blockers.iter().all(met) {
-            sound = false;
-            let meant = path
-                .legs
-                .iter()
-                .filter(|it| it.start < leg.end && leg.start < it.end);
-            for leg in meant {
-                let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
-                if let (Some(from), Some(to)) = ends {
-                    refuted.insert((from, to));
-                }
+        let is_known = |it: &Blocker| is_met(it) || agent.forgives(it, leg.start);
+        let mut against = Verdict::default();
+        setting.add_unknown(leg, &is_known, &mut against);
+        if against.is_allowed() {
+            continue;
+        }
+        all.breaks_zone = all.breaks_zone.or(against.breaks_zone);
+        all.blockers.append(&mut against.blockers);
+        let meant = (path.legs.iter()).filter(|it| it.start < leg.end && leg.start < it.end);
+        for leg in meant {
+            let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
+            if let (Some(from), Some(to)) = ends {
+                refuted.insert((from, to));
             }
         }
     }
-    sound
+    all
 }
 
 /// One search: a plain look first where few are in the way, then past the drones that stay, with

@@ -11,6 +11,10 @@ use crate::sipp::conflicts::ReservationTable;
 /// A drone that no drone can make give way.
 pub(crate) const IMMOVABLE: u32 = u32::MAX;
 
+/// Legs are judged in parts no shorter than this before they count as refuted (ticks): chosen here,
+/// 0.1 m at 2 m/s.
+const FINEST_TICKS: u32 = 5;
+
 /// Steps and stays that looked free in brief and are not: from where and to where.
 pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
 
@@ -79,6 +83,32 @@ impl<'a> Setting<'a> {
             return IMMOVABLE;
         }
         self.weights[blocker.drone.0 as usize]
+    }
+
+    /// Adds who is in the way of a leg and is not known to be, however finely it is divided: bounds
+    /// depend on what is bounded at once, and any of them will do.
+    pub(crate) fn add_unknown(
+        &self,
+        leg: &Leg,
+        is_known: &impl Fn(&Blocker) -> bool,
+        against: &mut Verdict,
+    ) {
+        let mut verdict = Verdict::default();
+        self.judge(leg, &mut verdict);
+        verdict.blockers.retain(|it| !is_known(it));
+        if verdict.is_allowed() {
+            return;
+        }
+        let ticks = leg.end.0 - leg.start.0;
+        if !leg.stays() && ticks >= 2 * FINEST_TICKS {
+            let middle = leg.start.after(ticks / 2);
+            for (from, until) in [(leg.start, middle), (middle, leg.end)] {
+                self.add_unknown(&leg.between(from, until), is_known, against);
+            }
+            return;
+        }
+        against.breaks_zone = against.breaks_zone.or(verdict.breaks_zone);
+        against.blockers.append(&mut verdict.blockers);
     }
 
     /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it

@@ -580,12 +580,12 @@ impl<'a> Attempt<'a> {
             careful: self.careful[drone.0 as usize],
             ..self.setting()
         };
-        let mut verdict = Verdict::default();
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
+        let is_known = |blocker: &Blocker| path.met.contains(&blocker.drone);
         flown.iter().all(|leg| {
-            setting.judge(leg, &mut verdict);
-            let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
-            verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
+            let mut against = Verdict::default();
+            setting.add_unknown(leg, &is_known, &mut against);
+            against.is_allowed()
         })
     }
 
