@@ -404,7 +404,8 @@ impl Fleet {
             (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
         };
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
-        if apart(0).hypot(apart(1)) >= reach_m {
+        let apart_m = apart(0).hypot(apart(1));
+        if apart_m >= reach_m {
             return None;
         }
         let mut meeting = Meeting::default();
@@ -415,6 +416,7 @@ impl Fleet {
         let gap_m = self.gap_m(first, second);
         // Seen from either the same to the last bit.
         meeting.bodies = match shift {
+            _ if apart_m.hypot(apart(2)) >= gap_m => false,
             0 => (at_once_m(one, other))
                 .is_some_and(|[from_m, to_m]| nearest_distance_m(&from_m, &to_m) < gap_m),
             _ => self.shared(one, other, shift).is_some_and(|region| {
@@ -422,8 +424,9 @@ impl Fleet {
             }),
         };
         if first.flying && second.flying {
-            (meeting.column, meeting.load_on_first) = self.late_wake(second, first, ends[1]);
-            let (column, load) = self.late_wake(first, second, ends[0]);
+            (meeting.column, meeting.load_on_first) =
+                self.late_wake([second, first], ends[1], apart_m);
+            let (column, load) = self.late_wake([first, second], ends[0], apart_m);
             meeting.column |= column;
             meeting.load_on_second = load;
         }
@@ -431,12 +434,26 @@ impl Fleet {
     }
 
     /// Whether a receiver may be in an emitter's column, and a bound on its budget that the wake
-    /// fills (millionths), which ends at a height (m).
-    fn late_wake(&self, emitter: &Leg, receiver: &Leg, end_z_m: f64) -> (bool, u32) {
+    /// fills (millionths), which ends at a height (m); the legs stay so far apart (m, level).
+    fn late_wake(&self, [emitter, receiver]: [&Leg; 2], end_z_m: f64, apart_m: f64) -> (bool, u32) {
         let highest_m = |leg: &Leg| leg.from_m.z.max(leg.to_m.z);
         let lowest_m = receiver.from_m.z.min(receiver.to_m.z);
         if highest_m(receiver) < end_z_m - 1e-6
             || highest_m(emitter) + 2.0 * self.conditions.astray_m <= lowest_m
+        {
+            return (false, 0);
+        }
+        // Most are beside one another wherever they are.
+        let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+        let (envelope, column) = (self.envelope(kinds[0], kinds[1]), &self.columns[kinds[0]]);
+        let lowest_of_m = emitter.from_m.z.min(emitter.to_m.z);
+        let depths_m = [
+            lowest_of_m - highest_m(receiver),
+            highest_m(emitter) - lowest_m,
+        ];
+        let beside_m = |[x, y]: [f64; 2]| (apart_m - x.hypot(y)).max(0.0);
+        if apart_m >= column.from_radius_m.max(column.to_radius_m)
+            && envelope.highest_among(depths_m, beside_m) == 0.0
         {
             return (false, 0);
         }
@@ -459,15 +476,12 @@ impl Fleet {
             };
             (time.start < time.end).then(|| [offset_m(time.start), offset_m(time.end)])
         };
-        let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
-        let column = &self.columns[kinds[0]];
         // Columns go by places at once.
         let entered = path_m(0).is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m));
         let Some([from_m, to_m]) = path_m(self.delay_between(emitter, receiver)) else {
             return (entered, 0);
         };
-        let square = self.envelope(kinds[0], kinds[1]).along(&from_m, &to_m);
-        let square = square.peak_square;
+        let square = envelope.along(&from_m, &to_m).peak_square;
         let load = match square > 0.0 {
             true => self.load_of(emitter, receiver, square),
             false => 0,
