@@ -30,7 +30,7 @@ mod walk;
 
 pub(crate) use answer::{Found, Obstruction, Obstructor, Path, Searched, joined};
 use heuristic::Heuristic;
-use setting::RefutedEdges;
+use setting::Refuted;
 pub(crate) use setting::{IMMOVABLE, Setting};
 use walk::Search;
 
@@ -56,7 +56,7 @@ const PLAIN_SHARE: f64 = 0.12;
 const TICKS_A_STATE: u64 = 25;
 
 /// Paths tried by the reservation table's intervals before every step is judged; chosen here.
-const MOST_TRIES: usize = 8;
+const MOST_TRIES: usize = 16;
 
 /// Finds the cheapest path for one agent.
 ///
@@ -72,38 +72,34 @@ pub(crate) fn search(mut setting: Setting<'_>, agent: &Agent) -> Searched {
     searched
 }
 
-/// Tries by the reservation table until a path holds, then with every step judged in full.
+/// Tries by the reservation table until a path holds. What refutes one is in the way of the next;
+/// what still does in the end gives way, or every step is judged in full.
 fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
-    let mut refuted = Rc::new(RefutedEdges::default());
+    let mut refuted = Rc::new(Refuted::default());
     let mut expansions = 0;
     let mut heuristic = None;
     let stays = Rc::new(Stays::new(&setting, agent));
-    for _ in 0..MOST_TRIES {
-        if setting.reservations.is_none() {
-            break;
-        }
+    let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
+    for left in (0..tries).rev() {
         // All tries together take no more states than one search may.
-        let left = Setting {
+        let rest = Setting {
             most_expansions: setting.most_expansions.saturating_sub(expansions),
             ..setting
         };
-        let searched = look(left, agent, &refuted, &stays, &mut heuristic);
+        let mut searched = look(rest, agent, &refuted, &stays, &mut heuristic);
         expansions += searched.expansions;
-        let known = refuted.len();
-        let is_answer = match &searched.found {
-            Found::Stopped => true,
-            Found::Blocked(_) => break,
-            Found::Path(path) => {
-                objections(&setting, agent, path, Rc::make_mut(&mut refuted)).is_allowed()
+        searched.expansions = expansions;
+        let Found::Path(path) = &mut searched.found else {
+            if searched.found == Found::Stopped {
+                return searched;
             }
+            break;
         };
-        if is_answer {
-            return Searched {
-                expansions,
-                ..searched
-            };
+        let (against, is_new) = objections(&setting, agent, path, Rc::make_mut(&mut refuted));
+        if against.is_allowed() || (left == 0 || !is_new) && gives_way(&setting, path, &against) {
+            return searched;
         }
-        if refuted.len() == known {
+        if !is_new {
             break;
         }
     }
@@ -118,18 +114,24 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         && agent.smoothing.is_some()
     {
         // Changes of velocity that follow one another closely were judged one by one.
-        let against = objections(&setting, agent, path, &mut RefutedEdges::default());
-        let gives_way = |it: &Blocker| setting.weight(it) != IMMOVABLE;
-        match against.breaks_zone.is_none() && against.blockers.iter().all(gives_way) {
-            true => path.met.extend(against.blockers.iter().map(|it| it.drone)),
-            false => searched.found = Found::Blocked(None),
-        }
-        if let Found::Path(path) = &mut searched.found {
-            path.met.sort_unstable();
-            path.met.dedup();
+        let (against, _) = objections(&whole, agent, path, &mut Refuted::default());
+        if !gives_way(&whole, path, &against) {
+            searched.found = Found::Blocked(None);
         }
     }
     searched
+}
+
+/// Whether all who are against a path can be made to give way to it; then they have to.
+fn gives_way(setting: &Setting<'_>, path: &mut Path, against: &Verdict) -> bool {
+    let mut blockers = against.blockers.iter();
+    if against.breaks_zone.is_some() || blockers.any(|it| setting.weight(it) == IMMOVABLE) {
+        return false;
+    }
+    path.met.extend(against.blockers.iter().map(|it| it.drone));
+    path.met.sort_unstable();
+    path.met.dedup();
+    true
 }
 
 /// Whether a plain look is in vain, or takes as long as one past those who stay.
@@ -142,15 +144,17 @@ fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
     share > PLAIN_SHARE || !agent.is_straight(setting.roadmap)
 }
 
-/// What the costmap has against a path that was not thought of, and what is in doubt then.
+/// What the costmap has against a path that was not thought of, and whether any of it is new: it is
+/// refuted then.
 fn objections(
     setting: &Setting<'_>,
     agent: &Agent,
     path: &Path,
-    refuted: &mut RefutedEdges,
-) -> Verdict {
+    refuted: &mut Refuted,
+) -> (Verdict, bool) {
     let lattice = setting.roadmap.lattice();
     let mut all = Verdict::default();
+    let mut is_new = false;
     // What has begun is flown in any case, but for how it goes on.
     let begun = (!agent.begun.is_empty()).then(|| agent.departs.before(agent.lead_ticks()));
     let flown = agent.flown(&path.legs);
@@ -165,17 +169,17 @@ fn objections(
         if against.is_allowed() {
             continue;
         }
-        all.breaks_zone = all.breaks_zone.or(against.breaks_zone);
-        all.blockers.append(&mut against.blockers);
         let meant = (path.legs.iter()).filter(|it| it.start < leg.end && leg.start < it.end);
         for leg in meant {
             let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
             if let (Some(from), Some(to)) = ends {
-                refuted.insert((from, to));
+                is_new |= refuted.add((from, to), leg, &against);
             }
         }
+        all.breaks_zone = all.breaks_zone.or(against.breaks_zone);
+        all.blockers.append(&mut against.blockers);
     }
-    all
+    (all, is_new)
 }
 
 /// One search: a plain look first where few are in the way, then past the drones that stay, with
@@ -183,7 +187,7 @@ fn objections(
 fn look<'a>(
     setting: Setting<'a>,
     agent: &'a Agent,
-    refuted: &Rc<RefutedEdges>,
+    refuted: &Rc<Refuted>,
     stays: &Rc<Stays>,
     heuristic: &mut Option<Heuristic<'a>>,
 ) -> Searched {

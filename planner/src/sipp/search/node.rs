@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use super::heuristic::Heuristic;
 use super::label::{Label, Step};
 use super::met::Met;
-use super::setting::{RefutedEdges, Setting};
+use super::setting::{Refuted, Setting};
 use crate::graph::agent::Agent;
 use crate::graph::roadmap::Vertex;
 use crate::graph::scratch::ScratchBuffer;
@@ -70,7 +70,7 @@ pub(super) struct Nodes<'a> {
     /// Who searches.
     agent: &'a Agent,
     /// Of these the reservation table is not asked.
-    refuted: Rc<RefutedEdges>,
+    refuted: Rc<Refuted>,
     /// Bounds what remains.
     heuristic: Heuristic<'a>,
     /// By waypoint and vertex, one more than the index of the node; 0: none.
@@ -92,7 +92,7 @@ impl<'a> Nodes<'a> {
     pub(super) fn new(
         setting: Setting<'a>,
         agent: &'a Agent,
-        refuted: Rc<RefutedEdges>,
+        refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
         Nodes {
@@ -295,7 +295,7 @@ impl<'a> Nodes<'a> {
         let stay = (label.vertex, label.vertex);
         let reservations = self.setting.reservations?;
         let known =
-            !label.grounded && reservations.knows(label.vertex) && !self.refuted.contains(&stay);
+            !label.grounded && reservations.knows(label.vertex) && !self.refuted.doubts(stay);
         let kind = self.agent.kinds[usize::from(label.waypoint)];
         let class = known.then(|| reservations.class(self.agent.drone, kind))?;
         Some((reservations, class?))

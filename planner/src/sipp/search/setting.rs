@@ -3,7 +3,7 @@
 use costmap::costmap::Costmap;
 use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::ReservationTable;
@@ -15,8 +15,57 @@ pub(crate) const IMMOVABLE: u32 = u32::MAX;
 /// 0.1 m at 2 m/s.
 const FINEST_TICKS: u32 = 5;
 
-/// Steps and stays that looked free in brief and are not: from where and to where.
-pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
+/// What looked free in brief and is not.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Refuted {
+    /// By where from and where to, the drones in the way of departures between two moments.
+    steps: FxHashMap<(Vertex, Vertex), Vec<Blocker>>,
+    /// Steps and stays that have to be judged in full.
+    doubted: FxHashSet<(Vertex, Vertex)>,
+}
+
+impl Refuted {
+    /// Adds what is against a leg between two places; `false` if that is known.
+    pub(super) fn add(&mut self, ends: (Vertex, Vertex), leg: &Leg, against: &Verdict) -> bool {
+        if leg.stays() || against.breaks_zone.is_some() {
+            return self.doubted.insert(ends);
+        }
+        let known = self.steps.entry(ends).or_default();
+        let ticks = leg.end.0 - leg.start.0;
+        let mut is_new = false;
+        for blocker in &against.blockers {
+            let departures = Blocker {
+                began: blocker.began.max(leg.start).before(ticks),
+                clear: blocker.clear.max(leg.start.after(1)),
+                ..*blocker
+            };
+            let covers = |it: &Blocker| {
+                it.drone == blocker.drone && it.began <= leg.start && leg.start < it.clear
+            };
+            if !known.iter().any(covers) {
+                known.push(departures);
+                is_new = true;
+            }
+        }
+        is_new || self.doubted.insert(ends)
+    }
+
+    /// Whether a step or a stay has to be judged in full.
+    pub(super) fn doubts(&self, ends: (Vertex, Vertex)) -> bool {
+        self.doubted.contains(&ends)
+    }
+
+    /// Adds who is in the way of a step that departs at a moment.
+    pub(super) fn add_blockers(
+        &self,
+        ends: (Vertex, Vertex),
+        departs: Tick,
+        blockers: &mut Vec<Blocker>,
+    ) {
+        let known = self.steps.get(&ends).into_iter().flatten();
+        blockers.extend(known.filter(|it| it.began <= departs && departs < it.clear));
+    }
+}
 
 /// What a search works on.
 #[derive(Clone, Copy)]
@@ -112,12 +161,13 @@ impl<'a> Setting<'a> {
     }
 
     /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it
-    /// is careful.
+    /// is careful. Where tables answer, something is left to drones that are planned later.
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);
         } else {
-            self.costmap.judge_nearby(leg, verdict);
+            let spares = self.reservations.is_some();
+            self.costmap.judge_nearby(leg, spares, verdict);
         }
     }
 }

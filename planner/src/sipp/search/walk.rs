@@ -20,7 +20,7 @@ use super::heuristic::Heuristic;
 use super::label::{Label, Open, PartialExpansion, Step, weighted};
 use super::met::Met;
 use super::node::{Haste, Nodes};
-use super::setting::{IMMOVABLE, RefutedEdges, Setting};
+use super::setting::{IMMOVABLE, Refuted, Setting};
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
 use crate::graph::lattice::neighbour;
@@ -56,7 +56,7 @@ pub(super) struct Search<'a> {
     /// Who searches.
     agent: &'a Agent,
     /// Steps that the reservation table takes for free and are not.
-    refuted: Rc<RefutedEdges>,
+    refuted: Rc<Refuted>,
     /// Every state so far, by index; none is taken out.
     labels: Vec<Label>,
     /// States that wait for their turn.
@@ -86,7 +86,7 @@ impl<'a> Search<'a> {
     pub(super) fn new(
         setting: Setting<'a>,
         agent: &'a Agent,
-        refuted: Rc<RefutedEdges>,
+        refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
         stays: Rc<Stays>,
         weight_shift: u32,
@@ -597,7 +597,7 @@ impl<'a> Search<'a> {
         let known = !from.grounded
             && reservations.knows(from.vertex)
             && reservations.knows(label.vertex)
-            && !self.refuted.contains(&(from.vertex, label.vertex));
+            && !self.refuted.doubts((from.vertex, label.vertex));
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
         let known = known && !(self.changes(from, label) && self.is_in_doubt(from));
         let Some(class) = class.filter(|_| known) else {
@@ -624,6 +624,8 @@ impl<'a> Search<'a> {
                 if !reservations.step(self.setting.costmap, &query, verdict) {
                     return Brief::Nothing;
                 }
+                let ends = (from.vertex, label.vertex);
+                (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
             }
             Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
             Step::End => match self.agent.ending {
@@ -684,8 +686,8 @@ impl<'a> Search<'a> {
     fn is_in_doubt(&self, from: &Label) -> bool {
         let before = self.labels.get(from.parent as usize);
         let leg = before.map(|before| (before.vertex, from.vertex));
-        leg.is_some_and(|leg| self.refuted.contains(&leg))
-            || self.refuted.contains(&(from.vertex, from.vertex))
+        leg.is_some_and(|leg| self.refuted.doubts(leg))
+            || self.refuted.doubts((from.vertex, from.vertex))
     }
 
     /// A label at the price that the verdict asks for; `None` if it is forbidden.
