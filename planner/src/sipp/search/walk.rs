@@ -622,7 +622,7 @@ impl<'a> Search<'a> {
                     late,
                 };
                 if !reservations.step(self.setting.costmap, &query, verdict) {
-                    return Brief::Nothing;
+                                return Brief::Nothing;
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
@@ -682,12 +682,11 @@ impl<'a> Search<'a> {
         blockers.all(|it| self.met.has(label.met, it.drone))
     }
 
-    /// Whether what led to a state, or staying there, looked free in brief once and was not.
+    /// Whether the step that led to a state looked free in brief once and has to be judged in full.
     fn is_in_doubt(&self, from: &Label) -> bool {
         let before = self.labels.get(from.parent as usize);
-        let leg = before.map(|before| (before.vertex, from.vertex));
-        leg.is_some_and(|leg| self.refuted.doubts(leg))
-            || self.refuted.doubts((from.vertex, from.vertex))
+        let step = before.map(|before| (before.vertex, from.vertex));
+        step.is_some_and(|step| step.0 != step.1 && self.refuted.doubts(step))
     }
 
     /// A label at the price that the verdict asks for; `None` if it is forbidden.
