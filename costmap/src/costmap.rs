@@ -212,6 +212,7 @@ impl Costmap {
         let Some(first) = legs.first() else { return };
         let drone = first.drone;
         self.remove(drone);
+        self.timeline.forget_all_met();
         let last = legs.iter().map(|leg| {
             let last = match leg.end {
                 Tick::FOREVER => leg.start,
@@ -306,6 +307,7 @@ impl Costmap {
         let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
             return;
         };
+        self.timeline.forget_all_met();
         let mut loaded = Vec::new();
         for &index in self.timeline.of(drone) {
             self.close_to(&self.timeline.item(index).leg, |other, item| {
@@ -454,16 +456,17 @@ impl Costmap {
     /// The most that all wakes fill of a planned leg's budget at any moment of a time, each looked
     /// at, in millionths.
     fn summed(&self, item: &Item, time: &Range<Tick>) -> u64 {
-        let part = item.leg.between(time.start, time.end);
-        let met: Vec<Incoming> = (self.near(&part).into_iter())
-            .filter_map(|other| {
+        let all_met = item.all_met.get_or_init(|| {
+            let near = self.near(&item.leg).into_iter();
+            let met = near.filter_map(|other| {
                 let ends = [item.wake_end_z_m, other.wake_end_z_m];
-                let meeting = self.fleet.meet(&part, &other.leg, ends)?;
+                let meeting = self.fleet.meet(&item.leg, &other.leg, ends)?;
                 let load = meeting.load_on_first;
-                (load > 0).then(|| self.incoming(&part, &other.leg, load))
-            })
-            .collect();
-        peak(&met, part.start, part.end)
+                (load > 0).then(|| self.incoming(&item.leg, &other.leg, load))
+            });
+            met.collect()
+        });
+        peak(all_met, time.start, time.end)
     }
 
     /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do:

@@ -4,6 +4,8 @@
 //! appends. Every bin of the [`Ground`] lists the legs over it by their beginning, each with the
 //! latest end up to there: of those that have ended before a moment one bisection skips nearly all.
 
+use std::sync::OnceLock;
+
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::ground::{Bins, Footprint, Ground};
 use crate::reservations::over_time::BUCKET_TICKS;
@@ -26,6 +28,8 @@ pub struct Item {
     pub met: Vec<Incoming>,
     /// Bound on the budget that they fill together at any moment, in millionths.
     pub peak: u64,
+    /// All wakes that it meets, however weak and far off, once they were asked for.
+    pub all_met: OnceLock<Vec<Incoming>>,
     bins: Bins,
 }
 
@@ -141,6 +145,7 @@ impl Timeline {
             footprint,
             met: Vec::new(),
             peak: 0,
+            all_met: OnceLock::new(),
             bins,
         };
         let index = match self.unused.pop() {
@@ -169,6 +174,13 @@ impl Timeline {
     #[inline]
     pub fn item(&self, index: u32) -> &Item {
         &self.items[index as usize]
+    }
+
+    /// Forgets all that was asked for: something is about to change.
+    pub fn forget_all_met(&mut self) {
+        for item in &mut self.items {
+            item.all_met.take();
+        }
     }
 
     /// Notes that an item meets a wake.

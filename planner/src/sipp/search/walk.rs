@@ -622,7 +622,7 @@ impl<'a> Search<'a> {
                     late,
                 };
                 if !reservations.step(self.setting.costmap, &query, verdict) {
-                                return Brief::Nothing;
+                    return Brief::Nothing;
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
