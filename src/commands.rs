@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod check;
 pub(crate) mod diagnose;
+pub(crate) mod export;
 pub(crate) mod fly;
 pub(crate) mod generate;
 pub(crate) mod plan;

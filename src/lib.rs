@@ -13,7 +13,9 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use commands::{bench, calibrate, check, diagnose, fly, generate, plan, prove, schema, simulate};
+use commands::{
+    bench, calibrate, check, diagnose, export, fly, generate, plan, prove, schema, simulate,
+};
 use io::answer::Answer;
 use io::failure::Failure;
 
@@ -40,6 +42,9 @@ enum Command {
     /// Fly a plan in closed loop: controllers, inertia, wakes that take their time; exit code 1
     /// where a drone meets too much air or touches something
     Fly(fly::Arguments),
+    /// Export a plan in a format that other programs fly, read back and measured; exit code 1 where
+    /// a drone does not fit
+    Export(export::Arguments),
     /// Print the fields of a scenario, a plan or a flight, with units and defaults as JSON Schema
     Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
@@ -117,6 +122,7 @@ fn answer(line: CommandLine) -> Result<Answer, Failure> {
     match (line.command, line.plan) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Fly(arguments)), _) => fly::run(&arguments),
+        (Some(Command::Export(arguments)), _) => export::run(&arguments),
         (Some(Command::Schema(arguments)), _) => schema::run(&arguments),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),

@@ -46,9 +46,10 @@ pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
 
 /// The commands that write folders: the file by which one knows theirs, the command, and where it
 /// writes unless it is told.
-const WRITERS: [(&str, &str, &str); 7] = [
+const WRITERS: [(&str, &str, &str); 8] = [
     ("plan.json", "plan SCENARIO", "out"),
     ("flight.json", "plan fly", "out/fly"),
+    ("export.json", "plan export", "out/export"),
     ("residuals.json", "plan simulate", "out/simulate"),
     ("calibration.json", "plan calibrate", "out/calibrate"),
     ("diagnosis.json", "plan diagnose", "out/diagnose"),
@@ -108,10 +109,14 @@ impl OutFolder {
 
 /// Writes all files or, where one cannot be written, none: each goes to a temporary file beside its
 /// place, reaches the disk, and only then do all take their names.
-pub(crate) fn write(files: &[(PathBuf, String)]) -> Result<(), Failure> {
+pub(crate) fn write<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<(), Failure> {
     let mut waiting = Vec::with_capacity(files.len());
-    for (path, text) in files {
-        waiting.push((path, complete(path, text).map_err(Failure::write(path))?));
+    for (path, contents) in files {
+        let contents = contents.as_ref();
+        waiting.push((
+            path,
+            complete(path, contents).map_err(Failure::write(path))?,
+        ));
     }
     for (path, file) in waiting {
         file.persist(path)
@@ -121,18 +126,15 @@ pub(crate) fn write(files: &[(PathBuf, String)]) -> Result<(), Failure> {
 }
 
 /// Files by their names in a folder.
-pub(crate) fn below<N: AsRef<Path>>(
-    folder: &Path,
-    files: Vec<(N, String)>,
-) -> Vec<(PathBuf, String)> {
+pub(crate) fn below<N: AsRef<Path>, B>(folder: &Path, files: Vec<(N, B)>) -> Vec<(PathBuf, B)> {
     let there = |(name, text)| (folder.join(name), text);
     files.into_iter().map(there).collect()
 }
 
 /// [`write`] of files by their names in a folder; gives their paths.
-pub(crate) fn write_below(
+pub(crate) fn write_below<B: AsRef<[u8]>>(
     folder: &Path,
-    files: Vec<(String, String)>,
+    files: Vec<(String, B)>,
 ) -> Result<Vec<PathBuf>, Failure> {
     let files = below(folder, files);
     write(&files)?;
@@ -140,7 +142,7 @@ pub(crate) fn write_below(
 }
 
 /// A file complete on disk beside its place; dropped before it takes its name, it is deleted.
-fn complete(path: &Path, text: &str) -> io::Result<NamedTempFile> {
+fn complete(path: &Path, contents: &[u8]) -> io::Result<NamedTempFile> {
     if path.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
@@ -150,7 +152,7 @@ fn complete(path: &Path, text: &str) -> io::Result<NamedTempFile> {
     temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
     let mut file = temporary.tempfile_in(folder.unwrap_or(Path::new(".")))?;
-    file.write_all(text.as_bytes())?;
+    file.write_all(contents)?;
     file.as_file().sync_all()?;
     Ok(file)
 }

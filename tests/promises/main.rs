@@ -11,6 +11,7 @@ mod commands;
 mod diagnosis;
 mod docs;
 mod endpoints;
+mod exports;
 mod findings;
 mod flying;
 mod fuzz;

@@ -1,0 +1,563 @@
+//! One plan in one format: written, read back, measured.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Point3;
+use planner::Plan;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::course::{self, Course};
+use crate::deviation::{self, Deviation};
+use crate::flown::Flown;
+use crate::frame::{Axes, Frame, Georeference, HEADING_DEFAULT_DEG};
+use crate::read::{self, ReadError};
+use crate::write::{compressed, crazyswarm, setpoints, skyb, skyc};
+
+/// A file may be off the plan by its `tracking_m`, or by this where it keeps less (m): chosen here,
+/// what a path at 2 m/s cuts a corner by at 20 setpoints a second, and as much again.
+const LEAST_TOLERANCE_M: f64 = 0.05;
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Target {
+    /// Setpoints at a rate, a CSV a drone.
+    Setpoints,
+    /// Crazyswarm2's CSV and the Crazyflie's compressed bytes, one each a drone.
+    Crazyswarm,
+    /// Skybrush's show file, and a binary one a drone.
+    Skybrush,
+}
+
+impl Target {
+    /// All of them.
+    pub const ALL: [Target; 3] = [Target::Setpoints, Target::Crazyswarm, Target::Skybrush];
+
+    /// As the command line has it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Target::Setpoints => "setpoints",
+            Target::Crazyswarm => "crazyswarm",
+            Target::Skybrush => "skybrush",
+        }
+    }
+}
+
+/// How it is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// What the plan is called in every export, so that a log can be matched to it.
+    pub plan_id: String,
+    /// Where the world lies; headings are taken from it.
+    pub georeference: Option<Georeference>,
+    /// Of setpoints.
+    pub axes: Axes,
+    /// Of setpoints (1/s), positive.
+    pub rate_hz: f64,
+    /// Setpoints count from each drone's own start.
+    pub own_origin: bool,
+    /// The Crazyflie's compressed bytes without CSV.
+    pub compressed_alone: bool,
+}
+
+/// A file of an export.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct File {
+    /// Without folders.
+    pub name: String,
+    /// Its contents.
+    pub bytes: Vec<u8>,
+}
+
+/// What `export.json` says beside the files.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Manifest {
+    /// `export/1`.
+    pub format: &'static str,
+    /// The format of the files.
+    pub to: Target,
+    /// Of the plan.
+    pub plan: PlanNamed,
+    /// Axes of setpoints, and what they count from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesNamed>,
+    /// Files of all drones together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files_of_all: Vec<String>,
+    /// In the plan's order.
+    pub drones: Vec<DroneNamed>,
+    /// How far the files are from the plan.
+    pub deviation: Deviation,
+    /// What is fullest, of each limit that the format has.
+    pub fullest: Vec<Fullest>,
+    /// What the plan says and the files do not.
+    pub lost: Vec<String>,
+}
+
+/// The plan of an export.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlanNamed {
+    /// As [`Options::plan_id`].
+    pub id: String,
+    /// Its scenario.
+    pub scenario: String,
+}
+
+/// Axes of setpoints.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxesNamed {
+    /// `ned` or `enu`.
+    pub frame: &'static str,
+    /// Heading of the world's +x (deg, clockwise from north).
+    pub heading_deg: f64,
+    /// `common`: places count from the world's (0, 0, 0); `own`: from each drone's start.
+    pub origin: &'static str,
+    /// 1/s.
+    pub rate_hz: f64,
+}
+
+/// A drone of an export.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DroneNamed {
+    /// As in the plan.
+    pub name: String,
+    /// The plan's id, a slash, its name.
+    pub id: String,
+    /// Its first place in the world (m).
+    pub start_m: Point3<f64>,
+    /// Its own.
+    pub files: Vec<String>,
+}
+
+/// How much of a limit the fullest drone takes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fullest {
+    /// Its name.
+    pub drone: String,
+    /// So many.
+    pub takes: usize,
+    /// Of so many.
+    pub of: usize,
+    /// Of what.
+    pub what: &'static str,
+}
+
+/// An export that was read back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Export {
+    /// What was written, and how well.
+    pub manifest: Manifest,
+    /// The files.
+    pub files: Vec<File>,
+}
+
+/// What keeps one drone from being exported.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Error)]
+#[error("`{drone}`: {what}")]
+pub struct Refusal {
+    /// Its name.
+    pub drone: String,
+    /// Which limit, and by how much.
+    pub what: String,
+}
+
+/// Why there is no export.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ExportError {
+    /// Drones do not fit into the format.
+    #[error("{} of the drones cannot be exported", .0.len())]
+    Refused(Vec<Refusal>),
+    /// A file that was just written cannot be read: an error of this program.
+    #[error("{file}, read back: {error}")]
+    ReadBack {
+        /// Its name.
+        file: String,
+        /// What is wrong with it.
+        error: ReadError,
+    },
+    /// The files are farther from the plan than it bears.
+    #[error(
+        "read back, `{}` is {:.3} m off its plan at {:.2} s; {tolerance_m} m are borne",
+        deviation.drone, deviation.largest_m, deviation.at_s
+    )]
+    Off {
+        /// Where, and by how much.
+        deviation: Deviation,
+        /// The plan's (m).
+        tolerance_m: f64,
+    },
+}
+
+/// What a format's writer and reader make of a fleet.
+#[derive(Default)]
+struct Written {
+    /// Of each drone.
+    files: Vec<Vec<File>>,
+    /// Of all drones together.
+    of_all: Vec<File>,
+    refused: Vec<Refusal>,
+    fullest: Vec<Fullest>,
+    lost: Vec<String>,
+}
+
+impl Written {
+    fn refuse(&mut self, drone: &str, what: String) {
+        let drone = drone.to_owned();
+        self.refused.push(Refusal { drone, what });
+    }
+
+    /// Notes how much of a limit a drone takes.
+    fn takes(&mut self, drone: &str, takes: usize, (of, what): (usize, &'static str)) {
+        let drone = drone.to_owned();
+        let this = Fullest {
+            drone,
+            takes,
+            of,
+            what,
+        };
+        match self.fullest.iter_mut().find(|it| it.what == what) {
+            Some(known) if known.takes >= takes => {}
+            Some(known) => *known = this,
+            None => self.fullest.push(this),
+        }
+    }
+}
+
+/// Writes a plan in a format, reads what was written and measures it against the plan.
+///
+/// # Errors
+///
+/// Every drone that does not fit, by its limit; or files that are farther off than the plan bears.
+pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, ExportError> {
+    let courses = course::of_all(plan).map_err(|wrong| {
+        let refusal = |(drone, error): (String, course::CourseError)| Refusal {
+            drone,
+            what: error.to_string(),
+        };
+        ExportError::Refused(wrong.into_iter().map(refusal).collect())
+    })?;
+    let stems = stems(&courses);
+    let mut written = match to {
+        Target::Setpoints => write_setpoints(&courses, &stems, options),
+        Target::Crazyswarm => write_crazyswarm(&courses, &stems, options),
+        Target::Skybrush => write_skybrush(plan, &courses, &stems, options),
+    };
+    if !written.refused.is_empty() {
+        return Err(ExportError::Refused(written.refused));
+    }
+    written.lost.extend(lost(plan, &courses));
+    let mut read = Vec::new();
+    for (drone, (course, files)) in plan.drones.iter().zip(courses.iter().zip(&written.files)) {
+        for file in files {
+            let flown = read_one(to, file, course, options).map_err(|error| {
+                let file = file.name.clone();
+                ExportError::ReadBack { file, error }
+            })?;
+            read.push((drone, Some(flown)));
+        }
+    }
+    for file in &written.of_all {
+        let flown = read_all(file, &courses).map_err(|error| {
+            let file = file.name.clone();
+            ExportError::ReadBack { file, error }
+        })?;
+        read.extend(plan.drones.iter().zip(flown));
+    }
+    let deviation = deviation::of(read.iter().map(|(drone, flown)| (*drone, flown.as_ref())));
+    let tolerance_m = plan.margins.tracking_m.max(LEAST_TOLERANCE_M);
+    if deviation.largest_m > tolerance_m {
+        return Err(ExportError::Off {
+            deviation,
+            tolerance_m,
+        });
+    }
+    let named = |(course, files): (&Course, &Vec<File>)| DroneNamed {
+        name: course.name.clone(),
+        id: format!("{}/{}", options.plan_id, course.name),
+        start_m: course.start_m(),
+        files: files.iter().map(|it| it.name.clone()).collect(),
+    };
+    let frame = frame(options);
+    let manifest = Manifest {
+        format: "export/1",
+        to,
+        plan: PlanNamed {
+            id: options.plan_id.clone(),
+            scenario: plan.scenario.clone(),
+        },
+        axes: (to == Target::Setpoints).then(|| AxesNamed {
+            frame: frame.axes.as_str(),
+            heading_deg: frame.heading_deg,
+            origin: if options.own_origin { "own" } else { "common" },
+            rate_hz: options.rate_hz,
+        }),
+        files_of_all: written.of_all.iter().map(|it| it.name.clone()).collect(),
+        drones: courses.iter().zip(&written.files).map(named).collect(),
+        deviation,
+        fullest: written.fullest,
+        lost: written.lost,
+    };
+    Ok(Export {
+        manifest,
+        files: written
+            .of_all
+            .into_iter()
+            .chain(written.files.into_iter().flatten())
+            .collect(),
+    })
+}
+
+/// The axes of setpoints.
+fn frame(options: &Options) -> Frame {
+    Frame {
+        axes: options.axes,
+        heading_deg: options
+            .georeference
+            .map_or(HEADING_DEFAULT_DEG, |it| it.heading_deg),
+    }
+}
+
+/// Where a drone's setpoints count from (m).
+fn origin_m(course: &Course, options: &Options) -> Point3<f64> {
+    match options.own_origin {
+        true => course.start_m(),
+        false => Point3::origin(),
+    }
+}
+
+/// Names of drones as they may stand in a file's name, none twice whatever their case.
+fn stems(courses: &[Course]) -> Vec<String> {
+    let is_plain = |name: &str| {
+        let fits = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        !name.is_empty() && !name.starts_with('.') && name.len() < 100 && name.chars().all(fits)
+    };
+    let mut taken = BTreeSet::new();
+    let stem = |(k, course): (usize, &Course)| {
+        let numbered = format!("drone-{:04}", k + 1);
+        let is_free = is_plain(&course.name) && !course.name.to_lowercase().starts_with("drone-");
+        let is_free = is_free && course.name.to_lowercase() != "export";
+        match is_free && taken.insert(course.name.to_lowercase()) {
+            true => course.name.clone(),
+            false => numbered,
+        }
+    };
+    courses.iter().enumerate().map(stem).collect()
+}
+
+fn write_setpoints(courses: &[Course], stems: &[String], options: &Options) -> Written {
+    let frame = frame(options);
+    let mut written = Written::default();
+    for (course, stem) in courses.iter().zip(stems) {
+        let from_m = origin_m(course, options);
+        let table = setpoints::table(course, &frame, options.rate_hz, from_m);
+        written.files.push(vec![File {
+            name: format!("{stem}.csv"),
+            bytes: table.into_bytes(),
+        }]);
+    }
+    if options.georeference.is_none() {
+        let what = "no --georeference: +x is taken to point east, +y north";
+        written.lost.push(what.to_owned());
+    }
+    written
+}
+
+fn write_crazyswarm(courses: &[Course], stems: &[String], options: &Options) -> Written {
+    let mut written = Written::default();
+    let pieces = (crazyswarm::MOST_PIECES, "pieces of the CSV");
+    let bytes = (compressed::MOST_BYTES, "bytes, compressed");
+    let mut lacks_range = false;
+    for (course, stem) in courses.iter().zip(stems) {
+        let mut files = Vec::new();
+        let small = compressed::crazyflie(course);
+        if !options.compressed_alone {
+            let table = crazyswarm::pieces(course);
+            let count = table.len();
+            written.takes(&course.name, count, pieces);
+            if count > crazyswarm::MOST_PIECES {
+                let most = crazyswarm::MOST_PIECES;
+                let help = match &small {
+                    Ok(small) if small.bytes.len() <= compressed::MOST_BYTES => format!(
+                        "; compressed it takes {} of {} bytes: --compressed",
+                        small.bytes.len(),
+                        compressed::MOST_BYTES
+                    ),
+                    _ => String::new(),
+                };
+                let what = format!("{count} pieces, a Crazyflie's memory takes {most}{help}");
+                written.refuse(&course.name, what);
+            }
+            files.push(File {
+                name: format!("{stem}.csv"),
+                bytes: crazyswarm::table(&table).into_bytes(),
+            });
+        }
+        match small {
+            Ok(small) if small.bytes.len() > compressed::MOST_BYTES => {
+                let (count, most) = (small.bytes.len(), compressed::MOST_BYTES);
+                let what = format!("{count} bytes, a Crazyflie's memory takes {most}");
+                written.refuse(&course.name, what);
+            }
+            Ok(small) if small.pieces > compressed::MOST_PIECES => {
+                let (count, most) = (small.pieces, compressed::MOST_PIECES);
+                let what = format!("{count} compressed pieces, a Crazyflie is told of {most}");
+                written.refuse(&course.name, what);
+            }
+            Ok(small) => {
+                written.takes(&course.name, small.bytes.len(), bytes);
+                files.push(File {
+                    name: format!("{stem}.cfpoly"),
+                    bytes: small.bytes,
+                });
+            }
+            Err(_) if !options.compressed_alone => lacks_range = true,
+            Err(far) => {
+                let what = format!(
+                    "reaches {:.2} m from 0, compressed pieces take {:.3} m",
+                    far.reached_m, far.most_m
+                );
+                written.refuse(&course.name, what);
+            }
+        }
+        written.files.push(files);
+    }
+    if lacks_range {
+        let what = "drones beyond 32.767 m of 0 have no compressed file: it counts millimetres";
+        written.lost.push(what.to_owned());
+    }
+    let what = "take-off and landing are pieces like others: arm and spin up before time 0, and \
+                cut the motors after the end";
+    if courses.iter().any(|it| it.starts_landed || it.lands) {
+        written.lost.push(what.to_owned());
+    }
+    written
+}
+
+fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &Options) -> Written {
+    let mut written = Written::default();
+    let limit = (skyb::MOST_BYTES, "bytes of a .skyb's trajectory");
+    let mut unit_mm = 1;
+    for (k, (course, stem)) in courses.iter().zip(stems).enumerate() {
+        if k >= skyc::MOST_DRONES {
+            let most = skyc::MOST_DRONES;
+            let what = format!("is drone {} of the show, Skybrush loads {most}", k + 1);
+            written.refuse(&course.name, what);
+        }
+        let comment = format!("{}/{}", options.plan_id, course.name);
+        match skyb::file(course, &comment) {
+            Ok(it) if it.body > skyb::MOST_BYTES || comment.len() > skyb::MOST_BYTES => {
+                let (count, most) = (it.body.max(comment.len()), skyb::MOST_BYTES);
+                written.refuse(
+                    &course.name,
+                    format!("{count} bytes, a .skyb's block takes {most}"),
+                );
+            }
+            Ok(it) => {
+                written.takes(&course.name, it.body, limit);
+                unit_mm = it.unit_mm.max(unit_mm);
+                written.files.push(vec![File {
+                    name: format!("{stem}.skyb"),
+                    bytes: it.bytes,
+                }]);
+            }
+            Err(far) => {
+                let what = format!(
+                    "reaches {:.2} m from 0, a .skyb takes {:.0} m",
+                    far.reached_m, far.most_m
+                );
+                written.refuse(&course.name, what);
+            }
+        }
+    }
+    let show = skyc::Show {
+        plan,
+        plan_id: &options.plan_id,
+        georeference: options.georeference,
+    };
+    written.of_all.push(File {
+        name: "show.skyc".to_owned(),
+        bytes: skyc::file(&show, courses).expect("a zip in memory can be written"),
+    });
+    let mut lost = |what: &str| written.lost.push(what.to_owned());
+    if unit_mm > 1 {
+        lost(&format!(
+            "places of a .skyb are whole multiples of up to {unit_mm} mm"
+        ));
+    }
+    lost("no light program");
+    if options.georeference.is_none() {
+        lost("no --georeference: the show is an indoor one");
+    }
+    if courses.iter().any(|it| !it.lands) {
+        lost(
+            "drones that end hovering: Skybrush takes their last height for the ground they land on",
+        );
+    }
+    written
+}
+
+/// What no format holds.
+fn lost(plan: &Plan, courses: &[Course]) -> Vec<String> {
+    let mut lost = Vec::new();
+    let mut some = |what: &str, holds: &dyn Fn(&Course) -> bool| {
+        let of: Vec<&str> = courses
+            .iter()
+            .filter(|it| holds(it))
+            .map(|it| &it.name[..])
+            .collect();
+        if let [first, rest @ ..] = &of[..] {
+            let more = match rest.len() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            lost.push(format!("{what}: `{first}`{more}"));
+        }
+    };
+    some("changes of payload are not in it", &|it| it.changes_mass);
+    some("waits at its first place until it comes", &|it| {
+        it.enters_s.is_some()
+    });
+    some("leaves in the plan, stands at its last place here", &|it| {
+        it.leaves
+    });
+    if courses
+        .iter()
+        .any(|it| it.pieces.iter().any(|piece| piece.is_straight))
+        && plan.drones.iter().any(|it| !it.trajectory.is_smooth())
+    {
+        let what = "straight pieces change velocity at once, which no drone does: plan with \
+                    `motion: Smooth` to fly them as they are";
+        lost.push(what.to_owned());
+    }
+    lost
+}
+
+/// One drone's file, read.
+fn read_one(
+    to: Target,
+    file: &File,
+    course: &Course,
+    options: &Options,
+) -> Result<Flown, ReadError> {
+    let text = || String::from_utf8_lossy(&file.bytes);
+    match to {
+        Target::Setpoints => {
+            let heading_deg = frame(options).heading_deg;
+            read::setpoints::read(&text(), heading_deg, origin_m(course, options))
+        }
+        Target::Crazyswarm if file.name.ends_with(".csv") => read::uav_trajectory::read(&text()),
+        Target::Crazyswarm => read::compressed::read(&file.bytes, 0.001),
+        Target::Skybrush => read::skyb::read(&file.bytes).map(|(flown, _)| flown),
+    }
+}
+
+/// The drones of a file of all, in the plan's order; `None`: it lacks one.
+fn read_all(file: &File, courses: &[Course]) -> Result<Vec<Option<Flown>>, ReadError> {
+    let mut by_name: BTreeMap<String, Flown> = read::skyc::read(&file.bytes)?
+        .into_iter()
+        .map(|it| (it.name, it.flown))
+        .collect();
+    Ok(courses.iter().map(|it| by_name.remove(&it.name)).collect())
+}

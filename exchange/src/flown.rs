@@ -1,0 +1,110 @@
+//! What a file says of one drone: polynomials in time.
+
+use nalgebra::Point3;
+
+/// One drone as a file has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flown {
+    /// In order of time, back to back.
+    pub spans: Vec<Span>,
+}
+
+/// A motion over a span of time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// s.
+    pub from_s: f64,
+    /// s.
+    pub until_s: f64,
+    /// Of x, y and z (m): ascending powers of the time since `from_s` (s).
+    pub axes: [Vec<f64>; 3],
+}
+
+impl Span {
+    /// Place at a time (s; m): Horner's scheme.
+    #[must_use]
+    pub fn at_m(&self, t_s: f64) -> Point3<f64> {
+        let since_s = t_s - self.from_s;
+        let value = |axis: &Vec<f64>| axis.iter().rev().fold(0.0, |sum, a| sum * since_s + a);
+        Point3::new(
+            value(&self.axes[0]),
+            value(&self.axes[1]),
+            value(&self.axes[2]),
+        )
+    }
+}
+
+/// Ascending powers of the time since its beginning of a polynomial that is given by its Bernstein
+/// coefficients over a duration (s).
+#[must_use]
+pub fn powers(bernstein: &[f64], duration_s: f64) -> Vec<f64> {
+    // The j-th power's coefficient is binomial(n, j) times the j-th forward difference.
+    let degree = bernstein.len().saturating_sub(1);
+    let mut differences = bernstein.to_vec();
+    let mut scale = 1.0;
+    let mut powers = Vec::with_capacity(bernstein.len());
+    for j in 0..=degree {
+        powers.push(scale * differences.first().copied().unwrap_or(0.0));
+        differences = differences.windows(2).map(|two| two[1] - two[0]).collect();
+        scale *= (degree - j) as f64 / ((j + 1) as f64 * duration_s);
+    }
+    powers
+}
+
+impl Flown {
+    /// Straight from place to place (s, m).
+    #[must_use]
+    pub fn through(points: &[(f64, Point3<f64>)]) -> Flown {
+        let span = |two: &[(f64, Point3<f64>)]| {
+            let ((from_s, a), (until_s, b)) = (two[0], two[1]);
+            let per_s = match until_s - from_s {
+                0.0 => 0.0,
+                duration_s => 1.0 / duration_s,
+            };
+            Span {
+                from_s,
+                until_s,
+                axes: [0, 1, 2].map(|axis| vec![a[axis], (b[axis] - a[axis]) * per_s]),
+            }
+        };
+        Flown {
+            spans: points.windows(2).map(span).collect(),
+        }
+    }
+
+    /// Place at a time (s; m), held before its first span and after its last; `None`: it has none.
+    #[must_use]
+    pub fn at_m(&self, t_s: f64) -> Option<Point3<f64>> {
+        let after = self.spans.partition_point(|span| span.from_s <= t_s);
+        let span = self.spans.get(after.saturating_sub(1))?;
+        Some(span.at_m(t_s.clamp(span.from_s, span.until_s)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bernstein_coefficients_mean_what_their_sum_says() {
+        let given = [0.3, -1.0, 4.0, 2.5, 0.0, 7.0, -3.0, 1.0];
+        for degree in [0, 1, 3, 7] {
+            let given = &given[..=degree];
+            let powers = powers(given, 2.5);
+            for k in 0..=20 {
+                let u = f64::from(k) / 20.0;
+                // De Casteljau.
+                let mut row = given.to_vec();
+                while row.len() > 1 {
+                    row = row.windows(2).map(|w| w[0] + (w[1] - w[0]) * u).collect();
+                }
+                let sum = powers.iter().rev().fold(0.0, |sum, a| sum * (u * 2.5) + a);
+                assert!(
+                    (sum - row[0]).abs() < 1e-9,
+                    "{degree} {u}: {sum} {}",
+                    row[0]
+                );
+            }
+        }
+    }
+}

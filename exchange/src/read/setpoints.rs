@@ -1,0 +1,55 @@
+//! Setpoint tables, NED or ENU by their header: straight from place to place.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{ReadError, rows};
+use crate::flown::Flown;
+use crate::frame::{Axes, Frame};
+
+/// The axes that a header names: `t_s` and three columns of places, whatever follows.
+///
+/// # Errors
+///
+/// It names neither.
+pub fn axes(text: &str) -> Result<Axes, ReadError> {
+    let header = text.lines().next().unwrap_or_default();
+    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
+    match columns[..] {
+        ["t_s", "n_m", "e_m", "d_m", ..] => Ok(Axes::Ned),
+        ["t_s", "x_m", "y_m", "z_m", ..] => Ok(Axes::Enu),
+        _ => {
+            let what = "a setpoint table begins t_s,n_m,e_m,d_m (NED) or t_s,x_m,y_m,z_m (ENU)";
+            Err(ReadError::line(1, what))
+        }
+    }
+}
+
+/// One drone in the world, whose +x has this heading (deg), places counted from one of its own (m).
+///
+/// # Errors
+///
+/// The first thing that is wrong, at its line.
+pub fn read(text: &str, heading_deg: f64, from_m: Point3<f64>) -> Result<Flown, ReadError> {
+    let frame = Frame {
+        axes: axes(text)?,
+        heading_deg,
+    };
+    let header = text.lines().next().unwrap_or_default();
+    let rows = rows(text, header.split(',').count())?;
+    let mut points: Vec<(f64, Point3<f64>)> = Vec::with_capacity(rows.len());
+    for (line, row) in rows {
+        if points
+            .last()
+            .is_some_and(|(before_s, _)| row[0] <= *before_s)
+        {
+            let what = format!("time does not go on: t_s is {}", row[0]);
+            return Err(ReadError::line(line, what));
+        }
+        let seen_m = Vector3::new(row[1], row[2], row[3]);
+        points.push((row[0], from_m + frame.to_world(seen_m)));
+    }
+    if let [(t_s, at_m)] = points[..] {
+        points.push((t_s + 1.0, at_m));
+    }
+    Ok(Flown::through(&points))
+}

@@ -1,0 +1,32 @@
+//! Piecewise polynomials of `uav_trajectories` and Crazyswarm2: a row a piece, 33 columns.
+
+use super::{ReadError, rows};
+use crate::flown::{Flown, Span};
+
+/// Duration and eight coefficients each of x, y, z and yaw.
+const COLUMNS: usize = 33;
+
+/// One drone, from time 0 on.
+///
+/// # Errors
+///
+/// The first thing that is wrong, at its line.
+pub fn read(text: &str) -> Result<Flown, ReadError> {
+    let mut flown = Flown::default();
+    let mut now_s = 0.0;
+    for (line, row) in rows(text, COLUMNS)? {
+        let duration_s = row[0];
+        if duration_s <= 0.0 {
+            let what = format!("a piece of {duration_s} s");
+            return Err(ReadError::line(line, what));
+        }
+        let axis = |k: usize| row[1 + 8 * k..][..8].to_vec();
+        flown.spans.push(Span {
+            from_s: now_s,
+            until_s: now_s + duration_s,
+            axes: [axis(0), axis(1), axis(2)],
+        });
+        now_s += duration_s;
+    }
+    Ok(flown)
+}

@@ -1,0 +1,246 @@
+//! `plan export`: a plan in the formats that other programs fly.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use exchange::frame::{Axes, Georeference};
+use exchange::{ExportError, Manifest, Options, Refusal, Target, export};
+use planner::verify::examination::examine;
+use serde::Serialize;
+use serde_json::json;
+use sha2::{Digest as _, Sha256};
+
+use crate::commands::by_name;
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::{Failure, tell_error};
+use crate::io::files::{self, OutFolder};
+use crate::io::plans;
+use crate::report::words::{count, wrote};
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Plan to export; it is verified first
+    #[arg(value_name = "PLAN.json")]
+    plan: PathBuf,
+    /// Format
+    #[arg(long, value_name = "FORMAT", value_parser = by_name(&Target::ALL, Target::as_str))]
+    to: Target,
+    /// Where (0, 0, 0) lies (deg, deg, m above mean sea level), and where +x points (deg, clockwise
+    /// from north)
+    #[arg(long, value_name = "LAT,LON,AMSL,HEADING", value_parser = georeference)]
+    #[arg(allow_hyphen_values = true)]
+    georeference: Option<Georeference>,
+    /// Setpoints: axes
+    #[arg(long, value_enum, default_value_t = FrameNames::Ned)]
+    frame: FrameNames,
+    /// Setpoints: how many a second, 2 to 1000
+    #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
+    rate: f64,
+    /// Setpoints: count from the world's (0, 0, 0), or from each drone's own start, as each PX4 does
+    #[arg(long, value_enum, default_value_t = Origins::Common)]
+    origin: Origins,
+    /// Crazyswarm: the compressed form alone, for paths of more than 31 pieces
+    #[arg(long)]
+    compressed: bool,
+    /// How to print the answer
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Folder for the files and export.json [default: out/export/<plan's scenario>/<format>]; what
+    /// an earlier export left there is replaced
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Axes as the command line has them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FrameNames {
+    /// North, east, down
+    Ned,
+    /// East, north, up
+    Enu,
+}
+
+/// Origins of setpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Origins {
+    /// The world's
+    Common,
+    /// Each drone's first place
+    Own,
+}
+
+/// What `--format json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    manifest: &'a Manifest,
+    files: &'a [PathBuf],
+}
+
+/// The file by which one knows a folder of this command.
+const MAIN: &str = "export.json";
+
+/// Exit codes: 0 written and read back; 1: the plan is not safe, or a drone does not fit; 2: there
+/// is no plan.
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let file = plans::read(&arguments.plan, None)?;
+    let examined = examine(&file, false);
+    let violations = examined.plan.violations.len() + examined.untold;
+    if violations > 0 {
+        let what = format!(
+            "{}: not exported: {}",
+            arguments.plan.display(),
+            count(violations, "violation", "violations")
+        );
+        return refused(arguments, &what, &[], "see plan check");
+    }
+    let options = Options {
+        plan_id: id(&arguments.plan)?,
+        georeference: arguments.georeference,
+        axes: match arguments.frame {
+            FrameNames::Ned => Axes::Ned,
+            FrameNames::Enu => Axes::Enu,
+        },
+        rate_hz: arguments.rate,
+        own_origin: arguments.origin == Origins::Own,
+        compressed_alone: arguments.compressed,
+    };
+    let made = match export(&file.plan, arguments.to, &options) {
+        Ok(made) => made,
+        Err(error) => {
+            let refusals = match &error {
+                ExportError::Refused(refusals) => &refusals[..],
+                _ => &[],
+            };
+            let what = format!("{}: {error}", arguments.plan.display());
+            return refused(arguments, &what, refusals, "nothing is written");
+        }
+    };
+    let name = match file.plan.scenario.as_str() {
+        "" => arguments
+            .plan
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy(),
+        scenario => scenario.into(),
+    };
+    let name = format!("{name}/{}", arguments.to.as_str());
+    let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
+    let before = files_of(&out.path.join(MAIN));
+    let mut contents = vec![(MAIN.to_owned(), files::json(&made.manifest).into_bytes())];
+    contents.extend(made.files.into_iter().map(|it| (it.name, it.bytes)));
+    let paths = files::write_below(&out.path, contents)?;
+    for old in before.iter().map(|name| out.path.join(name)) {
+        if !paths.contains(&old) {
+            // A file of another fleet, or none any more.
+            let _ = std::fs::remove_file(old);
+        }
+    }
+    print(&match arguments.format {
+        Format::Text => text(&made.manifest, paths.len() - 1) + &wrote(&paths[..1]),
+        Format::Json => files::json(&Printed {
+            manifest: &made.manifest,
+            files: &paths,
+        }),
+    })?;
+    Ok(Answer::Yes)
+}
+
+/// The answer is no.
+fn refused(
+    arguments: &Arguments,
+    what: &str,
+    refusals: &[Refusal],
+    then: &str,
+) -> Result<Answer, Failure> {
+    if arguments.format == Format::Json {
+        print(&files::json(&json!({ "refused": refusals, "error": what })))?;
+    }
+    let mut more: Vec<String> = refusals.iter().map(ToString::to_string).collect();
+    more.push(then.to_owned());
+    tell_error(what, &more);
+    Ok(Answer::No)
+}
+
+/// The first sixteen digits of the file's SHA-256, as `sha256sum` prints it.
+fn id(path: &Path) -> Result<String, Failure> {
+    let text = files::text(path, files::MOST_BYTES).map_err(Failure::read(path))?;
+    let digest = Sha256::digest(text.as_bytes());
+    Ok(digest
+        .iter()
+        .take(8)
+        .map(|it| format!("{it:02x}"))
+        .collect())
+}
+
+/// The files that an earlier export names: plain names alone.
+fn files_of(manifest: &Path) -> Vec<String> {
+    let text = files::text(manifest, files::MOST_BYTES).unwrap_or_default();
+    let manifest: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let drones = manifest["drones"].as_array().into_iter().flatten();
+    let names = drones.flat_map(|it| it["files"].as_array().into_iter().flatten());
+    let names = names.chain(manifest["files_of_all"].as_array().into_iter().flatten());
+    let names = names.filter_map(|it| it.as_str());
+    let is_plain = |name: &&str| Path::new(name).file_name().is_some_and(|it| it == *name);
+    names.filter(is_plain).map(str::to_owned).collect()
+}
+
+fn text(manifest: &Manifest, files: usize) -> String {
+    let deviation = &manifest.deviation;
+    let mut text = format!(
+        "{} to {}: {}, {}, largest deviation {:.1} mm",
+        manifest.plan.scenario,
+        manifest.to.as_str(),
+        count(manifest.drones.len(), "drone", "drones"),
+        count(files, "file", "files"),
+        deviation.largest_m * 1000.0,
+    );
+    if deviation.largest_m > 0.0 {
+        text += &format!(" (`{}` at {:.2} s)", deviation.drone, deviation.at_s);
+    }
+    text += &format!(" over {} samples\n", deviation.samples);
+    for it in &manifest.fullest {
+        text += &format!(
+            "  fullest: `{}`, {} of {} {}\n",
+            it.drone, it.takes, it.of, it.what
+        );
+    }
+    for lost in &manifest.lost {
+        text += &format!("  note: {lost}\n");
+    }
+    text + &format!(
+        "  plan {}; each drone is `{}/NAME`\n",
+        manifest.plan.id, manifest.plan.id
+    )
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match (2.0..=1000.0).contains(&value) {
+        true => Ok(value),
+        false => Err("must lie within 2 to 1000".to_owned()),
+    }
+}
+
+fn georeference(text: &str) -> Result<Georeference, String> {
+    let values: Result<Vec<f64>, _> = text.split(',').map(|it| it.trim().parse()).collect();
+    let Ok(&[latitude_deg, longitude_deg, altitude_m, heading_deg]) = values.as_deref() else {
+        return Err("four numbers are asked for: LAT,LON,AMSL,HEADING".to_owned());
+    };
+    for (what, value, low, high) in [
+        ("the latitude", latitude_deg, -85.0, 85.0),
+        ("the longitude", longitude_deg, -180.0, 180.0),
+        ("the altitude", altitude_m, -500.0, 9000.0),
+        ("the heading", heading_deg, -360.0, 360.0),
+    ] {
+        if !(low..=high).contains(&value) {
+            return Err(format!("{what} must lie within {low} to {high}"));
+        }
+    }
+    Ok(Georeference {
+        latitude_deg,
+        longitude_deg,
+        altitude_m,
+        heading_deg,
+    })
+}

@@ -1,0 +1,379 @@
+//! `plan export` as a person or a script meets it. What is written is read here by hand, without
+//! the crate that wrote it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+
+/// A straight flight after a wait with a stop in it, a smooth one, and one that stays.
+fn plan() -> Value {
+    // Jerk of 3/8 m/s3, its opposite twice, and itself, for 2 s each; then 2 s at rest.
+    let up = |x: f64| json!([x, 9.0, 2.0 + (x - 2.0) / 5.0]);
+    let inner = |[b, c]: [f64; 2]| json!([up(b), up(c)]);
+    let places = [2.0, 2.5, 5.0, 7.5, 8.0, 8.0].map(up);
+    let smooth = json!({
+        "t_s": [0, 2, 4, 6, 8, 10],
+        "position_m": places,
+        "control_m": [inner([2.0, 2.0]), inner([3.0, 4.0]), inner([6.0, 7.0]), inner([8.0, 8.0]), json!([])],
+    });
+    let straight = json!({
+        "t_s": [1.5, 4.5, 5.5, 9.5], "position_m": [[2, 2, 2], [5, 2, 2], [5, 2, 2], [5, 6, 2]],
+    });
+    let stays = json!({"t_s": [0], "position_m": [[15, 15, 1]]});
+    fleet(&[("straight", straight), ("smooth", smooth), ("stays", stays)])
+}
+
+fn fleet(drones: &[(&str, Value)]) -> Value {
+    let drone = |(name, trajectory): &(&str, Value)| json!({"name": name, "airframe": "crazyflie-2.1", "trajectory": trajectory});
+    let drones: Vec<Value> = drones.iter().map(drone).collect();
+    json!({
+        "format": "plan/1", "scenario": "test",
+        "bounds_m": {"min": [0, 0, 0], "max": [40, 20, 8]}, "drones": drones,
+    })
+}
+
+/// Where the smooth one is (m).
+fn smooth_m(t_s: f64) -> [f64; 3] {
+    let speeds_up_m = |s: f64| match s {
+        s if s < 1.0 => 0.5 * s.powi(3),
+        s => 0.5 + 1.5 * (s - 1.0) + 1.5 * (s - 1.0).powi(2) - 0.5 * (s - 1.0).powi(3),
+    };
+    let along_m = match t_s.min(8.0) / 2.0 {
+        s if s < 2.0 => speeds_up_m(s),
+        s => 6.0 - speeds_up_m(4.0 - s),
+    };
+    [2.0 + along_m, 9.0, 2.0 + along_m / 5.0]
+}
+
+fn straight_m(t_s: f64) -> [f64; 3] {
+    let (along, across) = ((t_s - 1.5).clamp(0.0, 3.0), (t_s - 5.5).clamp(0.0, 4.0));
+    [2.0 + along, 2.0 + across, 2.0]
+}
+
+fn run(folder: &Path, arguments: &str) -> (Option<i32>, String, String) {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = Command::new(env!("CARGO_BIN_EXE_plan"))
+        .current_dir(folder)
+        .args(arguments.split(' '))
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (status.code(), text(stdout), text(stderr))
+}
+
+fn desk(plan: &Value) -> tempfile::TempDir {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("plan.json"), plan.to_string()).unwrap();
+    desk
+}
+
+/// The numbers below the header of a table.
+fn table(path: &Path) -> (String, Vec<Vec<f64>>) {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap().to_owned();
+    let row = |line: &str| line.split(',').map(|it| it.parse().unwrap()).collect();
+    (header, lines.map(row).collect())
+}
+
+fn assert_near(said: [f64; 3], expected: [f64; 3], within: f64, what: &str) {
+    for (a, b) in said.into_iter().zip(expected) {
+        assert!((a - b).abs() <= within, "{what}: {said:?} {expected:?}");
+    }
+}
+
+#[test]
+fn setpoints_are_the_plan_in_ned_and_in_enu_with_velocity_and_acceleration() {
+    let desk = desk(&plan());
+    let folder = desk.path();
+    // Heading, axes, and what (x, y, z) is there.
+    type Seen = fn([f64; 3]) -> [f64; 3];
+    let cases: [(&str, &str, Seen); 4] = [
+        ("", "ned", |[x, y, z]| [y, x, -z]),
+        ("", "enu", |at| at),
+        (" --georeference 47.4,8.5,488,0", "ned", |[x, y, z]| {
+            [x, -y, -z]
+        }),
+        (" --georeference -33.9,-70.1,500,180", "enu", |[x, y, z]| {
+            [y, -x, z]
+        }),
+    ];
+    for (georeference, frame, seen) in cases {
+        let line = format!(
+            "export plan.json --to setpoints --frame {frame}{georeference} --rate 10 --out o"
+        );
+        let (code, told, errors) = run(folder, &line);
+        assert_eq!(code, Some(0), "{told}{errors}");
+        assert_eq!(told.contains("no --georeference"), georeference.is_empty());
+        for (name, at_m) in [
+            ("smooth", smooth_m as fn(f64) -> [f64; 3]),
+            ("straight", straight_m),
+        ] {
+            let (header, rows) = table(&folder.join(format!("o/{name}.csv")));
+            let first = if frame == "ned" {
+                "t_s,n_m,e_m,d_m,"
+            } else {
+                "t_s,x_m,y_m,z_m,"
+            };
+            assert!(header.starts_with(first), "{header}");
+            let last_s = if name == "smooth" { 10.0 } else { 9.5 };
+            assert_eq!(rows.last().unwrap()[0], last_s);
+            for (k, row) in rows.iter().enumerate() {
+                let t_s = k as f64 / 10.0;
+                assert!((row[0] - t_s).abs() < 1e-6);
+                assert_near([row[1], row[2], row[3]], seen(at_m(t_s)), 2e-6, name);
+                if name == "smooth" && t_s > 0.1 && t_s < 7.9 {
+                    let [early, late] = [t_s - 1e-3, t_s + 1e-3].map(|it| seen(at_m(it)));
+                    let speed = [0, 1, 2].map(|k| (late[k] - early[k]) / 2e-3);
+                    assert_near([row[4], row[5], row[6]], speed, 1e-5, "velocity");
+                    let now = seen(at_m(t_s));
+                    let bend = [0, 1, 2].map(|k| (late[k] - 2.0 * now[k] + early[k]) / 1e-6);
+                    assert_near([row[7], row[8], row[9]], bend, 1e-3, "acceleration");
+                }
+            }
+        }
+    }
+    // From each drone's own start.
+    let (code, ..) = run(
+        folder,
+        "export plan.json --to setpoints --origin own --frame enu --out o",
+    );
+    assert_eq!(code, Some(0));
+    let (_, rows) = table(&folder.join("o/straight.csv"));
+    assert_eq!(rows[0][1..4], [0.0; 3]);
+    assert_eq!(rows.last().unwrap()[1..4], [3.0, 4.0, 0.0]);
+}
+
+#[test]
+fn crazyswarm_files_hold_the_plan_s_own_polynomials_and_the_crazyflie_s_bytes() {
+    let desk = desk(&plan());
+    let folder = desk.path();
+    let (code, told, errors) = run(
+        folder,
+        "export plan.json --to crazyswarm --out o --format json",
+    );
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert!(told["deviation"]["largest_m"].as_f64().unwrap() < 0.002);
+    for (name, at_m) in [
+        ("smooth", smooth_m as fn(f64) -> [f64; 3]),
+        ("straight", straight_m),
+        ("stays", |_| [15.0, 15.0, 1.0]),
+    ] {
+        let (_, rows) = table(&folder.join(format!("o/{name}.csv")));
+        // One row is no table to the format's own reader.
+        assert!(rows.len() >= 2 && rows.iter().all(|row| row.len() == 33));
+        let mut since_s = 0.0;
+        for row in rows {
+            for k in 0..=20 {
+                let t_s = row[0] * f64::from(k) / 20.0;
+                let value = |axis: usize| {
+                    let powers = row[1 + 8 * axis..9 + 8 * axis].iter();
+                    powers.rev().fold(0.0, |sum, a| sum * t_s + a)
+                };
+                assert_near([0, 1, 2].map(value), at_m(since_s + t_s), 1e-8, name);
+            }
+            since_s += row[0];
+        }
+    }
+    // (15, 15, 1) m, yaw 0; constant for 1000 ms; the end.
+    let bytes = fs::read(folder.join("o/stays.cfpoly")).unwrap();
+    let expected = [0x98, 0x3A, 0x98, 0x3A, 0xE8, 3, 0, 0, 0, 0xE8, 3, 0, 0, 0];
+    assert_eq!(bytes, expected);
+    // (2, 2, 2); constant 1.5 s; x straight to 5 in 3 s; constant 1 s; y straight to 6 in 4 s.
+    let bytes = fs::read(folder.join("o/straight.cfpoly")).unwrap();
+    let expected = [
+        0xD0, 7, 0xD0, 7, 0xD0, 7, 0, 0, 0, 0xDC, 5, 1, 0xB8, 0x0B, 0x88, 0x13, 0, 0xE8, 3, 4,
+        0xA0, 0x0F, 0x70, 0x17, 0, 0, 0,
+    ];
+    assert_eq!(bytes, expected);
+    // Four cubics of 2 s along x and z; constant for 2 s.
+    let bytes = fs::read(folder.join("o/smooth.cfpoly")).unwrap();
+    let mut expected = Vec::new();
+    let put = |to: &mut Vec<u8>, all: &[i16]| {
+        all.iter().for_each(|it| to.extend(it.to_le_bytes()));
+    };
+    put(&mut expected, &[2000, 9000, 2000, 0]);
+    for (x, z) in [
+        ([2000, 2000, 2500], [2000, 2000, 2100]),
+        ([3000, 4000, 5000], [2200, 2400, 2600]),
+        ([6000, 7000, 7500], [2800, 3000, 3100]),
+        ([8000, 8000, 8000], [3200, 3200, 3200]),
+    ] {
+        expected.extend([0b10_00_10, 0xD0, 0x07]);
+        put(&mut expected, &x);
+        put(&mut expected, &z);
+    }
+    expected.extend([0, 0xD0, 0x07, 0, 0, 0]);
+    assert_eq!(bytes, expected);
+}
+
+#[test]
+fn a_skybrush_show_holds_the_plan_and_each_binary_file_its_checksum() {
+    let desk = desk(&plan());
+    let folder = desk.path();
+    let line = "export plan.json --to skybrush --georeference 47.4,-8.55,488,30 --out o";
+    let (code, told, errors) = run(folder, line);
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let show = fs::read(folder.join("o/show.skyc")).unwrap();
+    let (first, last) = (show[..4].to_vec(), show.len());
+    assert!(first == *b"PK\x03\x04" && last > 500);
+    let bytes = fs::read(folder.join("o/stays.skyb")).unwrap();
+    // Version 2 with a checksum; a trajectory of 12 bytes: unit 1 mm, (15, 15, 1), 1000 ms.
+    assert_eq!(&bytes[..6], b"skyb\x02\x01");
+    let body = [
+        1, 12, 0, 1, 0x98, 0x3A, 0x98, 0x3A, 0xE8, 3, 0, 0, 0, 0xE8, 3,
+    ];
+    assert_eq!(&bytes[10..25], body);
+    assert!(String::from_utf8_lossy(&bytes[28..]).ends_with("/stays"));
+    // The polynomial's remainder, of the file with 0 in place of its checksum.
+    let mut rest = 0_u32;
+    for (k, byte) in bytes.iter().enumerate() {
+        for bit in 0..8 {
+            let one = !(6..10).contains(&k) && byte >> bit & 1 == 1;
+            let carry = (rest & 1 == 1) != one;
+            rest = rest >> 1 ^ if carry { 0xEDB8_8320 } else { 0 };
+        }
+    }
+    assert_eq!(bytes[6..10], rest.to_le_bytes());
+    // Farther than whole millimetres count: in steps of two.
+    fs::write(
+        folder.join("plan.json"),
+        fleet(&[("far", zigzag(3, 35.0))]).to_string(),
+    )
+    .unwrap();
+    let (code, told, _) = run(folder, "export plan.json --to skybrush --out o");
+    assert_eq!(code, Some(0));
+    assert!(
+        told.contains("multiples of up to 2 mm") && told.contains("indoor"),
+        "{told}"
+    );
+    assert!(!folder.join("o/stays.skyb").exists());
+}
+
+/// To and fro along x, so many times a second each.
+fn zigzag(pieces: usize, from_m: f64) -> Value {
+    let at = |k: usize| [from_m + (k % 2) as f64 * 0.5, 3.0, 2.0];
+    let times: Vec<usize> = (0..=pieces).collect();
+    let places: Vec<_> = times.iter().map(|k| at(*k)).collect();
+    json!({"t_s": times, "position_m": places})
+}
+
+#[test]
+fn what_does_not_fit_is_refused_by_drone_and_limit_and_nothing_is_written() {
+    let many = fleet(&[("fits", zigzag(31, 2.0)), ("long", zigzag(32, 12.0))]);
+    let desk = desk(&many);
+    let folder = desk.path();
+    let (code, told, errors) = run(folder, "export plan.json --to crazyswarm --out o");
+    assert_eq!(code, Some(1), "{told}");
+    assert!(
+        errors.contains("`long`: 32 pieces, a Crazyflie's memory takes 31"),
+        "{errors}"
+    );
+    assert!(
+        !errors.contains("`fits`") && errors.contains("--compressed"),
+        "{errors}"
+    );
+    assert!(!folder.join("o").exists());
+    let (code, told, _) = run(
+        folder,
+        "export plan.json --to crazyswarm --compressed --out o",
+    );
+    assert_eq!(code, Some(0), "{told}");
+    assert!(folder.join("o/long.cfpoly").exists() && !folder.join("o/long.csv").exists());
+    // Beyond 32.767 m, and more than a byte can count, each by name.
+    let wrong = fleet(&[("far", zigzag(3, 33.0)), ("longer", zigzag(300, 12.0))]);
+    fs::write(folder.join("plan.json"), wrong.to_string()).unwrap();
+    let (code, _, errors) = run(
+        folder,
+        "export plan.json --to crazyswarm --compressed --out p",
+    );
+    assert_eq!(code, Some(1));
+    assert!(errors.contains("`far`: reaches 33.50 m from 0"), "{errors}");
+    assert!(
+        errors.contains("`longer`: 300 compressed pieces"),
+        "{errors}"
+    );
+    let json = "export plan.json --to crazyswarm --compressed --out p --format json";
+    let (_, told, _) = run(folder, json);
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["refused"].as_array().unwrap().len(), 2);
+    assert_eq!(told["refused"][0]["drone"], "far");
+}
+
+#[test]
+fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
+    let mut together = plan();
+    together["drones"][2]["trajectory"]["position_m"] = json!([[5, 2, 2]]);
+    let desk = desk(&together);
+    let folder = desk.path();
+    let (code, _, errors) = run(folder, "export plan.json --to setpoints --out o");
+    assert_eq!(code, Some(1));
+    assert!(
+        errors.contains("not exported") && !folder.join("o").exists(),
+        "{errors}"
+    );
+    for (line, said) in [
+        ("export missing.json --to setpoints", "cannot read"),
+        (
+            "export plan.json --to paper",
+            "setpoints, crazyswarm, skybrush",
+        ),
+        ("export plan.json --to setpoints --rate 1", "2 to 1000"),
+        (
+            "export plan.json --to setpoints --georeference 1,2,3",
+            "LAT,LON,AMSL,HEADING",
+        ),
+        (
+            "export plan.json --to setpoints --georeference 91,2,3,0",
+            "the latitude",
+        ),
+    ] {
+        let (code, _, errors) = run(folder, line);
+        assert_eq!(code, Some(2), "{line}");
+        assert!(errors.contains(said), "{line}: {errors}");
+    }
+}
+
+#[test]
+fn every_export_names_its_plan_and_replaces_what_was_there() {
+    let desk = desk(&plan());
+    let folder = desk.path();
+    let manifest = || -> Value {
+        let text = fs::read_to_string(folder.join("o/export.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let line = "export plan.json --to crazyswarm --out o";
+    assert_eq!(run(folder, line).0, Some(0));
+    let first = manifest();
+    let id = first["plan"]["id"].as_str().unwrap().to_owned();
+    assert_eq!(first["drones"][1]["id"], format!("{id}/smooth"));
+    fs::write(folder.join("o/mine.txt"), "kept").unwrap();
+    // Another fleet, of which one name cannot be a file's, and two are one where case is not told.
+    let stays = |x: f64| json!({"t_s": [0], "position_m": [[x, 5, 2]]});
+    let others = [("../x", stays(2.0)), ("A", stays(8.0)), ("a", stays(14.0))];
+    fs::write(folder.join("plan.json"), fleet(&others).to_string()).unwrap();
+    assert_eq!(run(folder, line).0, Some(0));
+    assert_ne!(manifest()["plan"]["id"], id.as_str());
+    let mut names: Vec<String> = fs::read_dir(folder.join("o"))
+        .unwrap()
+        .map(|it| it.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let expected = [
+        "A.cfpoly",
+        "A.csv",
+        "drone-0001.cfpoly",
+        "drone-0001.csv",
+        "drone-0003.cfpoly",
+        "drone-0003.csv",
+        "export.json",
+        "mine.txt",
+    ];
+    assert_eq!(names, expected);
+}
