@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
 use planner::Plan;
+use planner::plan::{Obstacle, Solid};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -12,7 +13,7 @@ use crate::deviation::{self, Deviation};
 use crate::flown::Flown;
 use crate::frame::{Axes, Frame, Georeference, HEADING_DEFAULT_DEG};
 use crate::read::{self, ReadError};
-use crate::write::{compressed, crazyswarm, setpoints, skyb, skyc};
+use crate::write::{compressed, crazyswarm, czml, mcap, setpoints, skyb, skyc};
 
 /// A file may be off the plan by its `tracking_m`, or by this where it keeps less (m): chosen here,
 /// what a path at 2 m/s cuts a corner by at 20 setpoints a second, and as much again.
@@ -28,11 +29,21 @@ pub enum Target {
     Crazyswarm,
     /// Skybrush's show file, and a binary one a drone.
     Skybrush,
+    /// MCAP with scene updates, for Foxglove.
+    Mcap,
+    /// CZML, for Cesium; takes a georeference.
+    Czml,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Target; 3] = [Target::Setpoints, Target::Crazyswarm, Target::Skybrush];
+    pub const ALL: [Target; 5] = [
+        Target::Setpoints,
+        Target::Crazyswarm,
+        Target::Skybrush,
+        Target::Mcap,
+        Target::Czml,
+    ];
 
     /// As the command line has it.
     #[must_use]
@@ -41,7 +52,14 @@ impl Target {
             Target::Setpoints => "setpoints",
             Target::Crazyswarm => "crazyswarm",
             Target::Skybrush => "skybrush",
+            Target::Mcap => "mcap",
+            Target::Czml => "czml",
         }
+    }
+
+    /// It is flown; else it is looked at.
+    fn is_flown(self) -> bool {
+        !matches!(self, Target::Mcap | Target::Czml)
     }
 }
 
@@ -169,6 +187,9 @@ pub enum ExportError {
     /// Drones do not fit into the format.
     #[error("{} of the drones cannot be exported", .0.len())]
     Refused(Vec<Refusal>),
+    /// The format counts on the Earth.
+    #[error("this format lies on the Earth: say where with --georeference LAT,LON,AMSL,HEADING")]
+    NoGeoreference,
     /// A file that was just written cannot be read: an error of this program.
     #[error("{file}, read back: {error}")]
     ReadBack {
@@ -243,6 +264,11 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         Target::Setpoints => write_setpoints(&courses, &stems, options),
         Target::Crazyswarm => write_crazyswarm(&courses, &stems, options),
         Target::Skybrush => write_skybrush(plan, &courses, &stems, options),
+        Target::Mcap => write_mcap(plan, &courses, options),
+        Target::Czml => {
+            let georeference = options.georeference.ok_or(ExportError::NoGeoreference)?;
+            write_czml(plan, &courses, &georeference, options)
+        }
     };
     if !written.refused.is_empty() {
         return Err(ExportError::Refused(written.refused));
@@ -259,7 +285,7 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         }
     }
     for file in &written.of_all {
-        let flown = read_all(file, &courses).map_err(|error| {
+        let flown = read_all(to, file, &courses, options).map_err(|error| {
             let file = file.name.clone();
             ExportError::ReadBack { file, error }
         })?;
@@ -267,7 +293,8 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
     }
     let deviation = deviation::of(read.iter().map(|(drone, flown)| (*drone, flown.as_ref())));
     let tolerance_m = plan.margins.tracking_m.max(LEAST_TOLERANCE_M);
-    if deviation.largest_m > tolerance_m {
+    let bears_m = if to.is_flown() { tolerance_m } else { f64::MAX };
+    if deviation.largest_m > bears_m {
         return Err(ExportError::Off {
             deviation,
             tolerance_m,
@@ -498,6 +525,43 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
     written
 }
 
+fn write_mcap(plan: &Plan, courses: &[Course], options: &Options) -> Written {
+    let bytes = mcap::file(plan, &options.plan_id, courses);
+    let mut lost = vec!["sampled for looking at, not for flying".to_owned()];
+    let is_mesh = |it: &Obstacle| matches!(it.shape, Solid::Mesh { .. });
+    if plan.obstacles.iter().any(is_mesh) {
+        lost.push("obstacles that are meshes are not drawn".to_owned());
+    }
+    Written {
+        files: vec![Vec::new(); courses.len()],
+        of_all: vec![File {
+            name: "scene.mcap".to_owned(),
+            bytes: bytes.expect("a log in memory can be written"),
+        }],
+        lost,
+        ..Written::default()
+    }
+}
+
+fn write_czml(
+    plan: &Plan,
+    courses: &[Course],
+    georeference: &Georeference,
+    options: &Options,
+) -> Written {
+    let heights = "heights count from the ellipsoid: AMSL was taken as it is, which the geoid is up \
+                   to 110 m off";
+    Written {
+        files: vec![Vec::new(); courses.len()],
+        of_all: vec![File {
+            name: "plan.czml".to_owned(),
+            bytes: czml::file(&plan.scenario, &options.plan_id, georeference, courses),
+        }],
+        lost: vec![heights.to_owned(), "air and wakes are not in it".to_owned()],
+        ..Written::default()
+    }
+}
+
 /// What no format holds.
 fn lost(plan: &Plan, courses: &[Course]) -> Vec<String> {
     let mut lost = Vec::new();
@@ -550,14 +614,25 @@ fn read_one(
         Target::Crazyswarm if file.name.ends_with(".csv") => read::uav_trajectory::read(&text()),
         Target::Crazyswarm => read::compressed::read(&file.bytes, 0.001),
         Target::Skybrush => read::skyb::read(&file.bytes).map(|(flown, _)| flown),
+        // All drones are in one file.
+        Target::Mcap | Target::Czml => Ok(Flown::default()),
     }
 }
 
 /// The drones of a file of all, in the plan's order; `None`: it lacks one.
-fn read_all(file: &File, courses: &[Course]) -> Result<Vec<Option<Flown>>, ReadError> {
-    let mut by_name: BTreeMap<String, Flown> = read::skyc::read(&file.bytes)?
-        .into_iter()
-        .map(|it| (it.name, it.flown))
-        .collect();
+fn read_all(
+    to: Target,
+    file: &File,
+    courses: &[Course],
+    options: &Options,
+) -> Result<Vec<Option<Flown>>, ReadError> {
+    let mut by_name: BTreeMap<String, Flown> = match (to, &options.georeference) {
+        (Target::Mcap, _) => read::mcap::read(&file.bytes)?,
+        (Target::Czml, Some(at)) => read::czml::read(&file.bytes, at)?.into_iter().collect(),
+        _ => {
+            let show = read::skyc::read(&file.bytes)?.into_iter();
+            show.map(|it| (it.name, it.flown)).collect()
+        }
+    };
     Ok(courses.iter().map(|it| by_name.remove(&it.name)).collect())
 }

@@ -134,19 +134,6 @@ impl Georeference {
             self.altitude_m + enu_m.z,
         ]
     }
-
-    /// The place in the world of a longitude, latitude (deg) and height (m).
-    #[must_use]
-    pub fn in_world(&self, [longitude_deg, latitude_deg, height_m]: [f64; 3]) -> Point3<f64> {
-        let (along_m, across_m) = self.radii_m();
-        let parallel_m = across_m * self.latitude_deg.to_radians().cos();
-        let enu_m = Vector3::new(
-            (longitude_deg - self.longitude_deg).to_radians() * parallel_m,
-            (latitude_deg - self.latitude_deg).to_radians() * along_m,
-            height_m - self.altitude_m,
-        );
-        self.enu().to_world(enu_m).into()
-    }
 }
 
 #[cfg(test)]
@@ -201,8 +188,6 @@ mod tests {
             let at = here.on_earth(Point3::new(length_m, 0.0, 5.0));
             assert!((at[1] - latitude_deg - 1.0).abs() < 2e-5, "{at:?}");
             assert_eq!((at[0], at[2]), (7.0, 5.0));
-            let back_m = here.in_world(at) - Point3::new(length_m, 0.0, 5.0);
-            assert!(back_m.norm() < 1e-6, "{back_m}");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Readers, one file a format: bytes in, [`Flown`](crate::flown::Flown) out. None imports a writer.
 
 pub mod compressed;
+pub mod czml;
+pub mod mcap;
 pub mod setpoints;
 pub mod skyb;
 pub mod skyc;

@@ -2,6 +2,8 @@
 
 pub mod compressed;
 pub mod crazyswarm;
+pub mod czml;
+pub mod mcap;
 pub mod setpoints;
 pub mod skyb;
 pub mod skyc;

@@ -107,6 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let made = match export(&file.plan, arguments.to, &options) {
         Ok(made) => made,
+        Err(error @ ExportError::NoGeoreference) => return Err(Failure::NoGeoreference(error)),
         Err(error) => {
             let refusals = match &error {
                 ExportError::Refused(refusals) => &refusals[..],

@@ -60,6 +60,8 @@ pub(crate) enum Failure {
         path: PathBuf,
         error: flight::SetupError,
     },
+    #[error(transparent)]
+    NoGeoreference(exchange::ExportError),
     #[error("{0}: name a folder to write to with --out")]
     NoFolder(&'static str),
     #[error("--one takes one place, one size and one seed, which would be 1 instance, not {0}")]

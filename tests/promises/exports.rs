@@ -256,6 +256,53 @@ fn a_skybrush_show_holds_the_plan_and_each_binary_file_its_checksum() {
     assert!(!folder.join("o/stays.skyb").exists());
 }
 
+#[test]
+fn a_czml_lies_where_its_georeference_says_and_an_mcap_names_its_schema() {
+    let desk = desk(&plan());
+    let folder = desk.path();
+    // x points north, and 0 lies on the equator: a degree is 110 574 m along, 111 319.5 m across.
+    let line = "export plan.json --to czml --georeference 0,7,100,0 --out c --format json";
+    let (code, told, errors) = run(folder, line);
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    // Between two points a tenth of a second apart.
+    assert!(
+        told["deviation"]["largest_m"].as_f64().unwrap() < 0.002,
+        "{told}"
+    );
+    let text = fs::read_to_string(folder.join("c/plan.czml")).unwrap();
+    let packets: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(packets.as_array().unwrap().len(), 4);
+    let packet = &packets[1];
+    assert_eq!(packet["name"], "straight");
+    let degrees = packet["position"]["cartographicDegrees"]
+        .as_array()
+        .unwrap();
+    let degrees: Vec<f64> = degrees.iter().map(|it| it.as_f64().unwrap()).collect();
+    for four in degrees.chunks(4) {
+        let [x, y, z] = straight_m(four[0]);
+        let seen = [
+            four[2] * 110_574.3,
+            (7.0 - four[1]) * 111_319.5,
+            four[3] - 100.0,
+        ];
+        assert_near(seen, [x, y, z], 3e-4, "czml");
+    }
+    let (code, told, errors) = run(folder, "export plan.json --to mcap --out m");
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let bytes = fs::read(folder.join("m/scene.mcap")).unwrap();
+    assert!(bytes.starts_with(b"\x89MCAP0\r\n") && bytes.ends_with(b"\x89MCAP0\r\n"));
+    let text = String::from_utf8_lossy(&bytes);
+    for said in [
+        "foxglove.SceneUpdate",
+        "jsonschema",
+        "/leeward/scene",
+        "\"key\":\"name\",\"value\":\"smooth\"",
+    ] {
+        assert!(text.contains(said), "{said}");
+    }
+}
+
 /// To and fro along x, so many times a second each.
 fn zigzag(pieces: usize, from_m: f64) -> Value {
     let at = |k: usize| [from_m + (k % 2) as f64 * 0.5, 3.0, 2.0];
@@ -312,6 +359,7 @@ fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
     together["drones"][2]["trajectory"]["position_m"] = json!([[5, 2, 2]]);
     let desk = desk(&together);
     let folder = desk.path();
+    fs::write(folder.join("apart.json"), plan().to_string()).unwrap();
     let (code, _, errors) = run(folder, "export plan.json --to setpoints --out o");
     assert_eq!(code, Some(1));
     assert!(
@@ -322,7 +370,11 @@ fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
         ("export missing.json --to setpoints", "cannot read"),
         (
             "export plan.json --to paper",
-            "setpoints, crazyswarm, skybrush",
+            "setpoints, crazyswarm, skybrush, mcap, czml",
+        ),
+        (
+            "export apart.json --to czml",
+            "--georeference LAT,LON,AMSL,HEADING",
         ),
         ("export plan.json --to setpoints --rate 1", "2 to 1000"),
         (

@@ -3,7 +3,7 @@
 //! The layout is that of `packages/show-format` in skybrush-io/skybrush.js. Metres; x north, y west,
 //! z up, turned by `orientation`: the world's own axes.
 
-use std::io::Cursor;
+use std::io::{Cursor, Error};
 
 use nalgebra::Point3;
 use planner::Plan;
@@ -39,7 +39,7 @@ pub fn file(show: &Show<'_>, courses: &[Course]) -> ZipResult<Vec<u8>> {
     let options = SimpleFileOptions::default();
     let mut put = |name: &str, value: &Value| -> ZipResult<()> {
         zip.start_file(name, options)?;
-        serde_json::to_writer(&mut zip, value).map_err(std::io::Error::from)?;
+        serde_json::to_writer(&mut zip, value).map_err(Error::from)?;
         Ok(())
     };
     put("show.json", &index(show, courses))?;
