@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Setpoints: how many a second, 2 to 1000
     #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
     rate: f64,
-    /// Setpoints: count from the world's (0, 0, 0), or from each drone's own start, as each PX4 does
+    /// Setpoints: count from the world's (0, 0, 0), or from each drone's start, as each PX4 does
     #[arg(long, value_enum, default_value_t = Origins::Common)]
     origin: Origins,
     /// Crazyswarm: the compressed form alone, for paths of more than 31 pieces

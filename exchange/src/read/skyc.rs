@@ -47,7 +47,8 @@ struct Trajectory {
 ///
 /// # Errors
 ///
-/// The first thing that is wrong: no zip, a file that is missing, another version, a drone's points.
+/// The first thing that is wrong: no zip, a file that is missing, another version, a drone's
+/// points.
 pub fn read(bytes: &[u8]) -> Result<Vec<Performer>, ReadError> {
     let mut zip = ZipArchive::new(Cursor::new(bytes))
         .map_err(|error| ReadError::within("the file", format!("no zip: {error}")))?;

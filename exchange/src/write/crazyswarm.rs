@@ -1,6 +1,7 @@
 //! Trajectories of Crazyswarm2 and `uav_trajectories`: one CSV a drone, a polynomial piece a row.
 //!
-//! The layout is that of `crazyflie_py/uav_trajectory.py` in IMRCLab/crazyswarm2: a header line that
+//! The layout is that of `crazyflie_py/uav_trajectory.py` in IMRCLab/crazyswarm2: a header line
+//! that
 //! is skipped, then duration (s) and eight ascending coefficients each of x, y, z (m) and yaw (rad)
 //! in the piece's own time. To be flown with `relative=False`: places are the world's.
 
@@ -13,7 +14,8 @@ pub const MOST_PIECES: usize = 4096 / 132;
 /// Coefficients of an axis.
 const COEFFICIENTS: usize = 8;
 
-/// By so much the last piece lasts longer (s): its reader asserts that a time lies within the sum of
+/// By so much the last piece lasts longer (s): its reader asserts that a time lies within the sum
+/// of
 /// the durations, which rounds.
 const END_LATE_S: f64 = 1e-9;
 

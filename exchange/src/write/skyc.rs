@@ -1,6 +1,7 @@
 //! Skybrush's show file (`.skyc`, version 1): a zip of `show.json` and a trajectory a drone.
 //!
-//! The layout is that of `packages/show-format` in skybrush-io/skybrush.js. Metres; x north, y west,
+//! The layout is that of `packages/show-format` in skybrush-io/skybrush.js. Metres; x north, y
+//! west,
 //! z up, turned by `orientation`: the world's own axes.
 
 use std::io::{Cursor, Error};
