@@ -239,7 +239,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let good = folder.path().join("plan.json");
         let bad = folder.path().join("missing/plan.svg");
-        write(&[(good, "{}".into()), (bad, "<svg/>".into())]).expect_err("no such folder");
+        write(&[(good, "{}"), (bad, "<svg/>")]).expect_err("no such folder");
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0);
     }
 
@@ -248,7 +248,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("plan.json");
         for text in ["first", "second"] {
-            write(&[(path.clone(), text.into())]).expect("writes");
+            write(&[(path.clone(), text)]).expect("writes");
             assert_eq!(fs::read_to_string(&path).expect("reads"), text);
         }
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
