@@ -5,6 +5,7 @@ mod commands;
 mod io;
 mod plots;
 mod report;
+mod viewer;
 
 use std::ffi::OsString;
 use std::io::Write as _;
@@ -22,9 +23,9 @@ use io::failure::Failure;
 /// Plan a fleet of drones out of each other's downwash.
 ///
 /// Reads a scenario (RON), plans every drone, checks the plan against the flow model and writes
-/// plan.json, timing.json and plan.svg. Exit codes: 0 every drone planned and verified; 1 the
-/// answer is no (a drone has no safe path, or a check found violations); 2 the input or the usage
-/// is wrong.
+/// plan.json, timing.json, plan.svg and plan.html. Exit codes: 0 every drone planned and
+/// verified; 1 the answer is no (a drone has no safe path, or a check found violations); 2 the
+/// input or the usage is wrong.
 #[derive(Parser)]
 #[command(name = "plan", version, arg_required_else_help = true)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]

@@ -21,6 +21,7 @@ use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::words::{ALPHA, wrote};
 use crate::report::{flight as report, page};
+use crate::viewer;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -61,8 +62,8 @@ pub(crate) struct Arguments {
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for flight.json, report.html and figures [default: out/fly/<plan's scenario>]; one
-    /// that holds another command's output is refused
+    /// Folder for flight.json, report.html, plan.html and figures [default: out/fly/<plan's
+    /// scenario>]; one that holds another command's output is refused
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads [default: one per core]; the answer does not depend on it
@@ -150,6 +151,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut texts = vec![(MAIN.to_owned(), json(&[]))];
     texts.extend(page::files(&report));
+    let page = viewer::draw(&file.plan, None, Some(&flown));
+    texts.push(("plan.html".to_owned(), page));
     let files = files::write_below(&out.path, texts)?;
     print(&match arguments.format {
         Format::Text => report.text() + &wrote(&files),

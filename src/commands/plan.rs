@@ -21,6 +21,7 @@ use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan::{self as report, LIST_ALL_UP_TO};
 use crate::report::sections::{Part, Report};
 use crate::report::words;
+use crate::viewer;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -29,8 +30,8 @@ pub(crate) struct Arguments {
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]; one
-    /// that holds another command's output is refused
+    /// Folder for plan.json, timing.json, plan.svg and plan.html [default: out/<scenario's file
+    /// name>]; one that holds another command's output is refused
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Finding to fly through, as `plan diagnose` writes it, in place of the scenario's
@@ -49,6 +50,9 @@ pub(crate) struct Arguments {
     /// cost
     #[arg(long)]
     no_contrast: bool,
+    /// Write no plan.html
+    #[arg(long)]
+    no_page: bool,
 }
 
 /// The file by which one knows a folder of this command.
@@ -116,7 +120,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         | Outcome::Unsafe(mut planned) => {
             let durations = watch.finish();
             tell_lateness(&mut planned.plan);
-            return deliver(arguments.format, &out, &world, &planned, &durations);
+            return deliver(arguments, &out, &world, &planned, &durations);
         }
         Outcome::Infeasible { conflicts } => conflicts,
     };
@@ -162,7 +166,7 @@ fn tell_lateness(plan: &mut Plan) {
 
 /// Writes the files, and prints the report with every reason for a no.
 fn deliver(
-    format: Format,
+    arguments: &Arguments,
     out: &OutFolder,
     world: &World,
     planned: &Planned,
@@ -183,12 +187,16 @@ fn deliver(
         ("timing.json".to_owned(), files::json(&printed.timing)),
     ];
     printed.files = files::write_below(&out.path, texts)?;
-    // The plan first: a picture of it is drawn when it is safe on the disk.
-    let picture = vec![("plan.svg".to_owned(), plots::plan::draw(plan))];
+    // The plan first: pictures of it are drawn when it is safe on the disk.
+    let mut pictures = vec![("plan.svg".to_owned(), plots::plan::draw(plan))];
+    if !arguments.no_page {
+        let page = viewer::draw(plan, Some(world), None);
+        pictures.push(("plan.html".to_owned(), page));
+    }
     printed
         .files
-        .extend(files::write_below(&out.path, picture)?);
-    say(format, &printed, &report, reasons(plan))?;
+        .extend(files::write_below(&out.path, pictures)?);
+    say(arguments.format, &printed, &report, reasons(plan))?;
     Ok(Answer::from(plan.is_safe()))
 }
 

@@ -167,12 +167,12 @@ fn a_feasible_scenario_is_planned_verified_and_written() {
     assert!(report.contains("verified: 0 violations"), "{report}");
     assert!(report.contains("\n  Ignoring downwash: "), "{report}");
     assert!(
-        report.ends_with("\nwrote out/pair/plan.json  timing.json  plan.svg\n"),
+        report.ends_with("\nwrote out/pair/plan.json  timing.json  plan.svg  plan.html\n"),
         "{report}"
     );
     assert_eq!(
         names_in(&desk.path("out/pair")),
-        ["plan.json", "plan.svg", "timing.json"]
+        ["plan.html", "plan.json", "plan.svg", "timing.json"]
     );
     let plan: Value =
         serde_json::from_str(&fs::read_to_string(desk.path("out/pair/plan.json")).unwrap())
@@ -398,7 +398,7 @@ fn the_same_scenario_gives_the_same_bytes_with_one_thread_and_with_two() {
         let output = desk.plan(&["hall.ron", "--jobs", jobs, "--out", jobs]);
         assert_ne!(code(&output), 2, "{}", stderr(&output));
     }
-    for name in ["plan.json", "plan.svg"] {
+    for name in ["plan.json", "plan.svg", "plan.html"] {
         let read = |jobs: &str| fs::read(desk.path(jobs).join(name)).unwrap();
         assert!(read("1") == read("2"), "{name} differs");
     }

@@ -53,7 +53,7 @@ fn the_exit_code_says_whether_the_flight_is_within_limits() {
     assert_eq!(code, Some(1), "{told}");
     assert!(told.contains("1 over their limit of air"), "{told}");
     assert!(told.contains("`low`") && !told.contains("touch:"), "{told}");
-    for file in ["flight.json", "flight.svg", "report.html"] {
+    for file in ["flight.json", "flight.svg", "report.html", "plan.html"] {
         assert!(folder.join("passed").join(file).exists(), "{file}");
     }
     let (code, told, _) = run(folder, &format!("fly head-on.json {only_one} --out met"));

@@ -20,6 +20,7 @@ mod instances;
 mod near_field;
 #[cfg(feature = "long")]
 mod neural_swarm;
+mod page;
 mod paper;
 mod planner;
 #[cfg(feature = "long")]

@@ -1,0 +1,304 @@
+//! The air of a plan over time, at the moments that a page shows: where each wake ends, what each
+//! drone meets, and from which drones.
+//!
+//! It is for pictures: sampled, at one speed of the air. What holds at every moment and for every
+//! delay the verifier says.
+
+use airflow::{Airframe, Flown, Source, Superposition, Wake, mean_over_discs_mps};
+use nalgebra::Point3;
+use planner::WakeOutlines;
+use planner::plan::{DronePlan, Plan, Sample};
+use rayon::prelude::*;
+
+/// Contributions below this are not told one by one (m/s), chosen here: they print as 0.0.
+pub(super) const FAINT_MPS: f64 = 0.05;
+/// Steps towards when air left: each divides the error by the ratio of a drone's vertical speed to
+/// the air's, about a tenth.
+const STEPS_BACK: usize = 4;
+
+/// One wake that drones share: of an airframe at a mass.
+pub(super) struct Kind {
+    pub(super) wake: Wake,
+    mass_kg: f64,
+    /// Farthest from a rotor centre that its air is felt (m), level.
+    reach_m: f64,
+}
+
+/// What a drone has to do with the air.
+struct Member<'a> {
+    drone: &'a DronePlan,
+    airframe: Option<Airframe>,
+    /// Index into the kinds, for each break point.
+    kinds: Vec<usize>,
+}
+
+/// The air of a whole plan.
+pub(super) struct AirOfPlan<'a> {
+    pub(super) kinds: Vec<Kind>,
+    members: Vec<Member<'a>>,
+    outlines: WakeOutlines,
+    flown: Flown,
+    superposition: Superposition,
+    /// Speed of the air over the centreline's; `None`: it takes no time.
+    pub(super) convection: Option<f64>,
+    /// Heights that wakes may reach down (m).
+    depth_m: f64,
+}
+
+/// What one drone meets at one moment.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Met {
+    /// Mean over its rotor discs (m/s).
+    pub(super) air_mps: f64,
+    /// Drones whose wakes alone bring more than [`FAINT_MPS`], with that (m/s).
+    pub(super) from: Vec<(usize, f64)>,
+}
+
+impl<'a> AirOfPlan<'a> {
+    pub(super) fn new(plan: &'a Plan) -> AirOfPlan<'a> {
+        let effects = plan.air.effects.unwrap_or_default();
+        let flown = Flown::of(&effects).unwrap_or_default();
+        let outlines = WakeOutlines::new(plan);
+        let depth_m = (plan.bounds_m.max.z - plan.bounds_m.min.z).max(1.0);
+        let mut keys: Vec<(&str, u64)> = Vec::new();
+        let mut kinds: Vec<Kind> = Vec::new();
+        let mut members = Vec::with_capacity(plan.drones.len());
+        for drone in &plan.drones {
+            let airframe = drone.airframe.airframe().ok();
+            let masses = drone.trajectory.mass_kg.iter();
+            let kinds_of = masses.filter_map(|&mass_kg| {
+                let airframe = airframe.as_ref()?;
+                let key = (&drone.airframe.name[..], mass_kg.to_bits());
+                let known = keys.iter().position(|it| *it == key);
+                Some(known.unwrap_or_else(|| {
+                    let wake = flown.wake(&Wake::new(
+                        airframe,
+                        mass_kg,
+                        plan.air.density_kg_per_m3,
+                        &plan.air.jet,
+                    ));
+                    keys.push(key);
+                    let reach_m = reach_m(&wake, depth_m);
+                    kinds.push(Kind {
+                        wake,
+                        mass_kg,
+                        reach_m,
+                    });
+                    kinds.len() - 1
+                }))
+            });
+            let kinds_of = kinds_of.collect();
+            members.push(Member {
+                drone,
+                airframe,
+                kinds: kinds_of,
+            });
+        }
+        AirOfPlan {
+            kinds,
+            members,
+            outlines,
+            flown,
+            superposition: plan.air.superposition.parse().unwrap_or_default(),
+            convection: plan.convection().map(|it| it.factors()[1]),
+            depth_m,
+        }
+    }
+
+    /// Index of a drone's wake from a break point on; `None`: of an airframe that cannot be.
+    pub(super) fn kind(&self, drone: usize, point: usize) -> Option<usize> {
+        self.members[drone].kinds.get(point).copied()
+    }
+
+    /// A wake as its volumes have it, at levels down to the place's height: depth, radius, how far
+    /// its axis is aside in x and y (m), and how long its air was under way (s).
+    pub(super) fn levels(&self, kind: &Kind, count: usize) -> Vec<[f64; 5]> {
+        let wake = &kind.wake;
+        let near_m = wake.near_field_depth_m();
+        let column_m = wake.column_radius_m();
+        let lag_s = |depth_m: f64| match self.convection {
+            Some(factor) => wake.far_field().transport_time_s(depth_m, factor),
+            None => 0.0,
+        };
+        let mut levels = vec![
+            [0.0, column_m, 0.0, 0.0, 0.0],
+            [near_m, column_m, 0.0, 0.0, lag_s(near_m)],
+        ];
+        let far_m = (self.depth_m - near_m).max(0.1);
+        levels.extend((0..=count).map(|k| {
+            let depth_m = near_m + far_m * k as f64 / count as f64;
+            let moved = wake.axis_m(depth_m).zip(wake.spread_m(depth_m));
+            let half_width_m = wake.half_width_m(depth_m);
+            let ([x_m, y_m], radius_m) = match moved {
+                Some(moved) if wake.is_shaped() => moved,
+                _ => ([0.0; 2], half_width_m),
+            };
+            [depth_m, radius_m, x_m, y_m, lag_s(depth_m)]
+        }));
+        levels
+    }
+
+    /// Where a drone is whose air leaves at a time, and which wake; `None`: it makes none then.
+    fn makes(&self, drone: usize, at_s: f64) -> Option<(Point3<f64>, usize)> {
+        let member = &self.members[drone];
+        // What hovers at the beginning has hovered before.
+        let at_s = at_s.max(0.0);
+        let (from_s, until_s) = member.drone.airborne_s;
+        if at_s < from_s || until_s.is_some_and(|until_s| at_s >= until_s) {
+            return None;
+        }
+        let path = &member.drone.trajectory;
+        let after = path.t_s.partition_point(|&t_s| t_s <= at_s);
+        let kind = *member.kinds.get(after.saturating_sub(1))?;
+        Some((path.position_m(at_s)?, kind))
+    }
+
+    /// The height on which a drone's wake ends at each moment (m); `None`: it makes none.
+    pub(super) fn ends_z_m(&self, drone: usize, samples: &[Sample]) -> Vec<Option<f64>> {
+        let mut last: Option<(Point3<f64>, usize, f64)> = None;
+        let at = |sample: &Sample| {
+            let (place_m, kind) = self.makes(drone, sample.t_s)?;
+            let ends_z_m = match last {
+                Some((before_m, of, ends_z_m)) if before_m == place_m && of == kind => ends_z_m,
+                _ => self.end_z_m(drone, kind, place_m),
+            };
+            last = Some((place_m, kind, ends_z_m));
+            Some(ends_z_m)
+        };
+        samples.iter().map(at).collect()
+    }
+
+    /// The height (m) on which a drone's wake of one kind ends from a place (m).
+    fn end_z_m(&self, drone: usize, kind: usize, place_m: Point3<f64>) -> f64 {
+        let mass_kg = self.kinds[kind].mass_kg;
+        let drone = self.members[drone].drone;
+        self.outlines.of(drone, place_m, mass_kg).z_m[1]
+    }
+
+    /// What all drones meet at each moment.
+    pub(super) fn met(&self, samples: &[Sample]) -> Vec<Vec<Met>> {
+        let discs: Vec<_> = self
+            .members
+            .iter()
+            .map(|member| {
+                let airframe = member.airframe.as_ref()?;
+                Some((airframe.disc_points(), airframe.tip_radius_m()))
+            })
+            .collect();
+        let at = |sample: &Sample| -> Vec<Met> {
+            // By x: most of a large fleet is far away.
+            let mut sources: Vec<(f64, f64, usize)> = (0..self.members.len())
+                .filter_map(|index| {
+                    let place_m = sample.position_m[index]?;
+                    Some((place_m.x, self.reach_m(index), index))
+                })
+                .collect();
+            sources.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let widest_m = sources.iter().map(|it| it.1).fold(0.0, f64::max);
+            let of = |index: usize| {
+                let Some((place_m, (discs, tips_m))) =
+                    sample.position_m[index].zip(discs[index].as_ref())
+                else {
+                    return Met::default();
+                };
+                if self.makes(index, sample.t_s).is_none() {
+                    return Met::default();
+                }
+                let first = sources.partition_point(|it| it.0 < place_m.x - widest_m - tips_m);
+                let near = sources[first..]
+                    .iter()
+                    .take_while(|it| it.0 <= place_m.x + widest_m + tips_m);
+                let near: Vec<(usize, Point3<f64>, Wake, f64)> = near
+                    .filter(|&&(_, reach_m, other)| {
+                        let other_m = sample.position_m[other];
+                        other != index
+                            && other_m.is_some_and(|other_m| {
+                                (other_m.xy() - place_m.xy()).norm() <= reach_m + tips_m
+                            })
+                    })
+                    .filter_map(|&(_, _, other)| {
+                        let (from_m, wake, ends_z_m) = self.leaves(other, sample.t_s, place_m.z)?;
+                        Some((other, from_m, wake, ends_z_m))
+                    })
+                    .collect();
+                let sources: Vec<Source> = near
+                    .iter()
+                    .map(|it| Source {
+                        wake: &it.2,
+                        position_m: it.1,
+                        ends_at_z_m: it.3,
+                    })
+                    .collect();
+                let mean =
+                    |of: &[Source]| mean_over_discs_mps(of, discs, place_m, self.superposition);
+                let air_mps = mean(&sources);
+                let alone = sources.iter().map(|one| match sources.len() {
+                    1 => air_mps,
+                    _ => mean(std::slice::from_ref(one)),
+                });
+                let from = near.iter().map(|it| it.0).zip(alone);
+                Met {
+                    air_mps,
+                    from: from.filter(|it| it.1 > FAINT_MPS).collect(),
+                }
+            };
+            (0..self.members.len()).map(of).collect()
+        };
+        samples.par_iter().map(at).collect()
+    }
+
+    /// How far from where a drone is now its air may be felt (m), level.
+    fn reach_m(&self, drone: usize) -> f64 {
+        let member = &self.members[drone];
+        let of = |&kind: &usize| {
+            let Kind { wake, reach_m, .. } = &self.kinds[kind];
+            let lag_s = self.convection.map_or(0.0, |factor| {
+                wake.far_field().transport_time_s(self.depth_m, factor)
+            });
+            reach_m + lag_s * member.drone.airframe.max_speed_mps
+        };
+        member.kinds.iter().map(of).fold(0.0, f64::max)
+    }
+
+    /// Where the air was made that is at a height (m) at a time (s), the wake that it is of, and
+    /// the height on which that ends (m).
+    fn leaves(&self, drone: usize, at_s: f64, z_m: f64) -> Option<(Point3<f64>, Wake, f64)> {
+        let mut left_s = at_s;
+        if let Some(factor) = self.convection {
+            for _ in 0..STEPS_BACK {
+                let path = &self.members[drone].drone.trajectory;
+                let place_m = path.position_m(left_s)?;
+                let wake = &self.kinds[*self.members[drone].kinds.first()?].wake;
+                left_s = at_s - wake.far_field().transport_time_s(place_m.z - z_m, factor);
+            }
+        }
+        let (place_m, kind) = self.makes(drone, left_s)?;
+        if place_m.z <= z_m {
+            return None;
+        }
+        let wake = &self.kinds[kind].wake;
+        let ends_z_m = self.end_z_m(drone, kind, place_m);
+        if !self.flown.depends_on_climb() {
+            return Some((place_m, wake.clone(), ends_z_m));
+        }
+        let state = self.members[drone].drone.trajectory.state(left_s)?;
+        let wake = self.flown.climbing(wake, state.velocity_mps.z);
+        Some((place_m, wake, ends_z_m))
+    }
+}
+
+/// Farthest from its drone, level, that a wake is felt (m).
+fn reach_m(wake: &Wake, depth_m: f64) -> f64 {
+    let level = |k: u32| {
+        let depth_m = depth_m * f64::from(k) / 16.0;
+        let [x_m, y_m] = wake.axis_m(depth_m)?;
+        let widened = wake.spread_m(depth_m)? / wake.half_width_m(depth_m).max(1e-3);
+        let radius_m = wake
+            .radius_at_speed_m(depth_m, FAINT_MPS / 4.0)
+            .unwrap_or(0.0);
+        Some(x_m.hypot(y_m) + widened.max(1.0) * radius_m)
+    };
+    (1..=16)
+        .filter_map(level)
+        .fold(wake.column_radius_m(), f64::max)
+}

@@ -1,0 +1,407 @@
+//! What plan.html shows, as data: trajectories in whole tenths of millimetres and milliseconds, the
+//! air in 255 steps. plan.json keeps the exact values.
+
+use flight::FlightReport;
+use planner::World;
+use planner::plan::{AtEnd, Bounds, Margins, Obstacle, Plan, Sample, Status, Zone};
+use serde::Serialize;
+
+use super::air::AirOfPlan;
+
+/// Moments at which drones are looked at, over the fleet: chosen here, about half a second of one
+/// core.
+const MOST_SAMPLES: f64 = 80_000.0;
+/// Between two moments (s), at least and at most.
+const STEP_S: [f64; 2] = [0.1, 0.6];
+/// A stop between two moves that is this long is told (s), as in plan.svg.
+const WAITS_FROM_S: f64 = 0.25;
+/// How far beyond a wait its cause is looked for (s), chosen here: a crossing takes less.
+const CAUSE_WITHIN_S: f64 = 10.0;
+/// Levels of a wake's far field: chosen here, it is drawn straight between them.
+const LEVELS: [usize; 2] = [10, 4];
+/// Fleets with more drones are drawn with fewer levels.
+const FINE_UP_TO: usize = 150;
+/// In one unit of the page (m, s): a tenth of a millimetre and of a millisecond.
+const UNIT: f64 = 1e-4;
+
+/// The contents of the page.
+#[derive(Serialize)]
+pub(super) struct Scene<'a> {
+    scenario: &'a str,
+    status: Status,
+    bounds_m: &'a Bounds,
+    obstacles: &'a [Obstacle],
+    zones: &'a [Zone],
+    margins: Margins,
+    clearance_m: f64,
+    /// Speed of the air over the centreline's; `null`: wakes follow without delay.
+    convection: Option<f64>,
+    end_s: f64,
+    /// Between two samples of the air.
+    step_s: f64,
+    /// The air that 255 stands for (m/s).
+    max_air_mps: f64,
+    violations: Vec<String>,
+    /// Each wake: levels of depth, radius, aside in x and y (m), delay (s).
+    wakes: Vec<Vec<[f32; 5]>>,
+    drones: Vec<Drone<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flight: Option<&'a FlightReport>,
+}
+
+/// One drone; times and places of its points as differences, in units of [`UNIT`].
+#[derive(Serialize)]
+struct Drone<'a> {
+    name: &'a str,
+    airframe: &'a str,
+    body_radius_m: f64,
+    max_speed_mps: f64,
+    max_climb_mps: Option<f64>,
+    max_descent_mps: Option<f64>,
+    /// Highest mean air at the airframe's own mass (m/s).
+    limit_mps: f64,
+    hover_mps: f64,
+    may_be_late_s: Option<f64>,
+    arrives_s: f64,
+    waits_s: f64,
+    worst_air_mps: f64,
+    worst_air_from: Option<&'a str>,
+    worst_air_at_s: Option<f64>,
+    extra_energy_percent: f64,
+    enters_s: Option<f64>,
+    leaves: bool,
+    airborne_s: (f64, Option<f64>),
+    unplanned: Option<&'a str>,
+    /// Times.
+    t: Vec<i64>,
+    /// Places, three numbers a point.
+    p: Vec<i64>,
+    /// Inner Bézier points from the piece's beginning, six numbers for a cubic, none for a straight
+    /// piece; empty where all are straight.
+    c: Vec<Vec<i64>>,
+    /// Which wake from which point on: changes alone.
+    w: Vec<(usize, Option<usize>)>,
+    /// From which time on its wake ends at which height: changes alone (s, m; `null`: none).
+    ends: Vec<(f32, Option<f32>)>,
+    /// The air it meets, a byte a sample, as base64; empty where it meets none.
+    air: String,
+    /// Wakes it meets: from, until (s), whose, at most (m/s).
+    meets: Vec<(f32, f32, usize, f32)>,
+    /// Stops: from, until (s), `dwell`, `wait` or `stop` where that is not known, and for which
+    /// drone it waits.
+    stops: Vec<(f32, f32, &'static str, Option<usize>)>,
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(
+        plan: &'a Plan,
+        world: Option<&World>,
+        flight: Option<&'a FlightReport>,
+    ) -> Scene<'a> {
+        let last_s = |k: usize| plan.drones[k].trajectory.t_s.last().copied().unwrap_or(0.0);
+        let fleet = plan.drones.len();
+        let end_s = (0..fleet).map(last_s).fold(0.0, f64::max);
+        let step_s = end_s * fleet as f64 / MOST_SAMPLES;
+        // Whole milliseconds, so that the page counts them as they are here. A very long plan has
+        // at most so many moments in all.
+        let step_s = step_s
+            .clamp(STEP_S[0], STEP_S[1])
+            .max(end_s / MOST_SAMPLES.sqrt() / 30.0);
+        let step_s = (step_s * 1e3).ceil() / 1e3;
+        let samples = plan.sample(1.0 / step_s);
+        let air = AirOfPlan::new(plan);
+        let met = air.met(&samples);
+        let max_air_mps = met
+            .iter()
+            .flatten()
+            .map(|it| it.air_mps)
+            .fold(1e-3, f64::max);
+        let levels = LEVELS[usize::from(fleet > FINE_UP_TO)];
+        let wakes = air.kinds.iter().map(|kind| {
+            let levels = air.levels(kind, levels);
+            levels
+                .into_iter()
+                .map(|level| level.map(|it| it as f32))
+                .collect()
+        });
+        let wakes = wakes.collect();
+        let drones = (0..fleet).map(|k| {
+            let of_drone = || met.iter().map(move |all| &all[k]);
+            let stops = stops(plan, world, k)
+                .into_iter()
+                .map(|(from_s, until_s, what)| {
+                    let blocker = match what {
+                        "dwell" => None,
+                        _ => waits_for(plan, &samples, k, (from_s, until_s)),
+                    };
+                    let what = match (what, blocker) {
+                        ("stop", Some(_)) => "wait",
+                        _ => what,
+                    };
+                    (from_s as f32, until_s as f32, what, blocker)
+                });
+            let drone = &plan.drones[k];
+            let path = &drone.trajectory;
+            let units = |value: f64| (value / UNIT).round() as i64;
+            let places: Vec<[i64; 3]> = path
+                .position_m
+                .iter()
+                .map(|it| [units(it.x), units(it.y), units(it.z)])
+                .collect();
+            let times: Vec<i64> = path.t_s.iter().map(|&it| units(it)).collect();
+            let control = |(piece, control_m): (usize, &Vec<nalgebra::Point3<f64>>)| {
+                let from = places[piece];
+                control_m
+                    .iter()
+                    .flat_map(|it| {
+                        [
+                            units(it.x) - from[0],
+                            units(it.y) - from[1],
+                            units(it.z) - from[2],
+                        ]
+                    })
+                    .collect()
+            };
+            let kinds = (0..times.len()).map(|point| (point, air.kind(k, point)));
+            let ends = air.ends_z_m(k, &samples).into_iter();
+            let ends = samples
+                .iter()
+                .zip(ends)
+                .map(|(sample, end)| (sample.t_s as f32, end.map(|it| it as f32)));
+            let level = |it: f64| (it / max_air_mps * 255.0).round() as u8;
+            let bytes: Vec<u8> = of_drone().map(|it| level(it.air_mps)).collect();
+            let unplanned = plan.unplanned.iter().find(|it| it.name == drone.name);
+            Drone {
+                name: &drone.name,
+                airframe: &drone.airframe.name,
+                body_radius_m: drone.airframe.body_radius_m,
+                max_speed_mps: drone.airframe.max_speed_mps,
+                max_climb_mps: drone.airframe.max_climb_mps,
+                max_descent_mps: drone.airframe.max_descent_mps,
+                limit_mps: drone.air_limit * drone.airframe.hover_induced_velocity_mps,
+                hover_mps: drone.airframe.hover_induced_velocity_mps,
+                may_be_late_s: drone.may_be_late_s,
+                arrives_s: drone.arrives_s,
+                waits_s: drone.waits_s,
+                worst_air_mps: drone.worst_air_mps,
+                worst_air_from: drone.worst_air_from.as_deref(),
+                worst_air_at_s: drone.worst_air_at_s,
+                extra_energy_percent: drone.extra_energy_percent,
+                enters_s: drone.enters_s,
+                leaves: drone.at_end == AtEnd::Leave,
+                airborne_s: drone.airborne_s,
+                unplanned: unplanned.map(|it| &it.reason[..]),
+                c: path.control_m.iter().enumerate().map(control).collect(),
+                t: differences(&times),
+                p: places
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(k, it)| {
+                        let before = if k == 0 { [0; 3] } else { places[k - 1] };
+                        [it[0] - before[0], it[1] - before[1], it[2] - before[2]]
+                    })
+                    .collect(),
+                w: changes(kinds),
+                ends: changes(ends),
+                air: match bytes.iter().any(|&it| it > 0) {
+                    true => base64(&bytes),
+                    false => String::new(),
+                },
+                meets: meets(&samples, of_drone().map(|it| &it.from[..])),
+                stops: stops.collect(),
+            }
+        });
+        Scene {
+            scenario: &plan.scenario,
+            status: plan.status,
+            bounds_m: &plan.bounds_m,
+            obstacles: &plan.obstacles,
+            zones: &plan.zones,
+            margins: plan.margins,
+            clearance_m: plan.clearance_m,
+            convection: air.convection,
+            end_s,
+            step_s,
+            max_air_mps,
+            violations: plan
+                .violations
+                .iter()
+                .take(50)
+                .map(ToString::to_string)
+                .collect(),
+            drones: drones.collect(),
+            wakes,
+            flight,
+        }
+    }
+}
+
+fn differences(values: &[i64]) -> Vec<i64> {
+    let before = std::iter::once(&0).chain(values);
+    values
+        .iter()
+        .zip(before)
+        .map(|(value, before)| value - before)
+        .collect()
+}
+
+/// Of keys with values those at which the value is another than before.
+fn changes<K, V: PartialEq>(all: impl Iterator<Item = (K, V)>) -> Vec<(K, V)> {
+    let mut kept: Vec<(K, V)> = Vec::new();
+    for (key, value) in all {
+        if kept.last().is_none_or(|last| last.1 != value) {
+            kept.push((key, value));
+        }
+    }
+    kept
+}
+
+/// Spans of time in which one wake is met, by their beginning.
+fn meets<'m>(
+    samples: &[Sample],
+    met: impl Iterator<Item = &'m [(usize, f64)]>,
+) -> Vec<(f32, f32, usize, f32)> {
+    let mut spans: Vec<(f32, f32, usize, f32)> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for (sample, from) in samples.iter().zip(met) {
+        open.retain(|&span| from.iter().any(|it| it.0 == spans[span].2));
+        for &(other, air_mps) in from {
+            let known = open.iter().find(|&&span| spans[span].2 == other);
+            let span = known.copied().unwrap_or_else(|| {
+                spans.push((sample.t_s as f32, 0.0, other, 0.0));
+                open.push(spans.len() - 1);
+                spans.len() - 1
+            });
+            spans[span].1 = sample.t_s as f32;
+            // To a hundredth: what is shown.
+            spans[span].3 = spans[span].3.max((air_mps * 100.0).round() as f32 / 100.0);
+        }
+    }
+    spans
+}
+
+/// Stops between two moves, in order: from, until (s), and whether it is a dwell at a task.
+fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<(f64, f64, &'static str)> {
+    let path = &plan.drones[drone].trajectory;
+    let points = path.t_s.len().min(path.position_m.len());
+    let mut found = Vec::new();
+    let mut next = 0;
+    let is_same = |a: &nalgebra::Point3<f64>, b: &nalgebra::Point3<f64>| (a - b).norm() < 1e-6;
+    let mut tasks = world
+        .and_then(|it| it.drones.get(drone))
+        .map(|it| it.tasks.iter().peekable());
+    for stay in path.position_m[..points].chunk_by(is_same) {
+        let from_s = path.t_s[next];
+        next += stay.len();
+        let until_s = path.t_s[next - 1];
+        let mut dwell_s = 0.0;
+        if let Some(tasks) = &mut tasks {
+            while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < 1e-3) {
+                dwell_s += task.dwell_s;
+            }
+        }
+        let leaves_s = until_s - dwell_s;
+        if leaves_s - from_s >= WAITS_FROM_S && next < points {
+            let word = if world.is_some() { "wait" } else { "stop" };
+            // It waits where it is after its dwell.
+            found.push((from_s + dwell_s, until_s, word));
+        }
+        if dwell_s > 0.0 {
+            found.push((from_s, (from_s + dwell_s).min(until_s), "dwell"));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found
+}
+
+/// The drone that a waiting one would have come too near to, first, had it gone on at once: bodies
+/// within reach of each other, or one in the near-field column and half-width below the other.
+/// `None`: no other on its path.
+fn waits_for(plan: &Plan, samples: &[Sample], drone: usize, wait_s: (f64, f64)) -> Option<usize> {
+    let step_s = samples.get(1)?.t_s;
+    let first = (wait_s.0 / step_s).ceil() as usize;
+    let shift = ((wait_s.1 - wait_s.0) / step_s).round().max(1.0) as usize;
+    let until = first + shift + (CAUSE_WITHIN_S / step_s) as usize;
+    let own = &plan.drones[drone].airframe;
+    let gap_m = own.body_radius_m + plan.clearance_m;
+    for k in first..until.min(samples.len()) {
+        let place_m = samples.get(k + shift).or(samples.last())?.position_m[drone]?;
+        let too_near = |other: usize| {
+            let other_m = samples[k].position_m[other]?;
+            let airframe = &plan.drones[other].airframe;
+            let aside_m = (other_m.xy() - place_m.xy()).norm();
+            let below_m = (other_m.z - place_m.z).abs();
+            let upper = if other_m.z > place_m.z { airframe } else { own };
+            // About the half-width of the jet: a picture's measure, no judgement.
+            let wide_m = upper.motor_distance_m + 0.1 * below_m;
+            let bodies_m = gap_m + airframe.body_radius_m;
+            let is_near = (other_m - place_m).norm() < bodies_m || aside_m < wide_m;
+            is_near.then_some(aside_m)
+        };
+        let nearest = (0..plan.drones.len())
+            .filter(|&other| other != drone)
+            .filter_map(|other| Some((too_near(other)?, other)))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, other)) = nearest {
+            return Some(other);
+        }
+    }
+    None
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let byte = |k: usize| u32::from(three.get(k).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for k in 0..4 {
+            let letter = LETTERS[(bits >> (18 - 6 * k)) as usize & 63];
+            text.push(if k > three.len() {
+                '='
+            } else {
+                char::from(letter)
+            });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_rfc() {
+        let cases = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+        ];
+        for (bytes, text) in cases {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+    }
+
+    #[test]
+    fn the_air_of_the_page_is_that_of_the_verifier_between_its_samples() {
+        let plan = crate::tests::hall(60);
+        let scene = Scene::new(&plan, None, None);
+        let worst_mps = |k: usize| plan.drones[k].worst_air_mps;
+        let most_mps = (0..60).map(worst_mps).fold(0.0, f64::max);
+        assert!(most_mps > 0.2);
+        let ratio = scene.max_air_mps / most_mps;
+        assert!((0.8..1.01).contains(&ratio), "{ratio}");
+        for (drone, shown) in plan.drones.iter().zip(&scene.drones) {
+            if drone.worst_air_mps < 0.2 {
+                continue;
+            }
+            let from = drone.worst_air_from.as_deref();
+            let named = |it: &(f32, f32, usize, f32)| Some(&plan.drones[it.2].name[..]) == from;
+            assert!(shown.meets.iter().any(named), "{}", drone.name);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! plan.html in a real browser: Chromium, where it is installed. `.ci/run` installs it; elsewhere
+//! the test says that there is none, and under `CI=true` that is a failure.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use planner::Plan;
+
+/// The browser's names on Debian and elsewhere.
+const BROWSERS: [&str; 4] = [
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+];
+
+/// Run as root and without a graphics card; nothing is asked of a network.
+const FLAGS: [&str; 13] = [
+    "--headless",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--disable-dev-shm-usage",
+    "--hide-scrollbars",
+    "--window-size=1200,800",
+    "--virtual-time-budget=8000",
+];
+
+/// Looks at the page as a person does, and writes what it saw where the test can read it.
+const LOOK: &str = r"<script>
+document.addEventListener('securitypolicyviolation', () => { document.documentElement.dataset.refused = 'yes'; });
+setTimeout(() => {
+  const seen = document.documentElement.dataset, page = window.leeward;
+  page.seek(MOMENT);
+  seen.positions = JSON.stringify(page.drones().map(name => page.position(name)));
+  seen.colours = page.colours();
+  const at = page.project('NAME'), view = document.getElementById('view');
+  for (const kind of ['pointerdown', 'pointerup']) {
+    view.dispatchEvent(new PointerEvent(kind, { clientX: at.x, clientY: at.y, bubbles: true, pointerId: 1 }));
+  }
+  seen.picked = page.chosen();
+  seen.said = document.getElementById('panel').innerText;
+  seen.loaded = performance.getEntriesByType('resource').length;
+}, 500);
+</script></body>";
+
+/// What the browser wrote at a key.
+fn seen<'a>(dom: &'a str, key: &str) -> Option<&'a str> {
+    let mark = format!("data-{key}=\"");
+    let rest = &dom[dom.find(&mark)? + mark.len()..];
+    Some(&rest[..rest.find('"')?])
+}
+
+/// The page of a plan in the browser; `None`: there is no browser.
+fn browse(folder: &Path, moment_s: f64, name: &str) -> Option<String> {
+    let page = fs::read_to_string(folder.join("plan.html")).unwrap();
+    let look = LOOK.replace("MOMENT", &moment_s.to_string());
+    let page = page.replace("</body>", &look.replace("NAME", name));
+    fs::write(folder.join("looked-at.html"), page).unwrap();
+    let dom = BROWSERS.iter().find_map(|browser| {
+        let output = Command::new(browser)
+            .args(FLAGS)
+            .arg(format!(
+                "--user-data-dir={}",
+                folder.join("profile").display()
+            ))
+            .arg("--dump-dom")
+            .arg(format!(
+                "file://{}",
+                folder.join("looked-at.html").display()
+            ))
+            .output()
+            .ok()?;
+        Some(String::from_utf8_lossy(&output.stdout).into_owned())
+    });
+    if dom.is_none() {
+        let is_ci = std::env::var_os("CI").is_some_and(|it| it == "true");
+        assert!(!is_ci, "no Chromium: .ci/run installs it");
+        eprintln!("plan.html was not opened: there is no Chromium");
+    }
+    dom
+}
+
+#[test]
+fn the_page_opens_offline_a_click_picks_and_a_seek_moves_to_what_the_plan_says() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scenario, picked) in [("warehouse", "survey"), ("circle-16", "circle-1")] {
+        let out = folder.path().join(scenario);
+        let path = format!("{}/scenarios/{scenario}.ron", env!("CARGO_MANIFEST_DIR"));
+        super::succeeds(
+            Command::new(env!("CARGO_BIN_EXE_plan"))
+                .args([&path, "--no-contrast", "--out"])
+                .arg(&out),
+        );
+        let plan: Plan =
+            serde_json::from_str(&fs::read_to_string(out.join("plan.json")).unwrap()).unwrap();
+        let picked = plan.drones.iter().find(|it| it.name == picked);
+        let picked = &picked.unwrap_or(&plan.drones[0]).name;
+        let moment_s = 7.43;
+        let Some(dom) = browse(&out, moment_s, picked) else {
+            return;
+        };
+        assert_eq!(seen(&dom, "state"), Some("ready"), "{scenario}");
+        assert_eq!((seen(&dom, "error"), seen(&dom, "refused")), (None, None));
+        assert_eq!(seen(&dom, "loaded"), Some("0"), "nothing is loaded");
+        assert_eq!(seen(&dom, "picked"), Some(&picked[..]));
+        let said = seen(&dom, "said").unwrap();
+        assert!(
+            said.contains("altitude") && said.contains("may be late"),
+            "{said}"
+        );
+        let colours: usize = seen(&dom, "colours").unwrap().parse().unwrap();
+        assert!(colours >= 20, "{colours} colours in the middle");
+        let positions: Vec<[f64; 3]> =
+            serde_json::from_str(seen(&dom, "positions").unwrap()).unwrap();
+        assert_eq!(positions.len(), plan.drones.len());
+        for (drone, page_m) in plan.drones.iter().zip(positions) {
+            let plan_m = drone.trajectory.position_m(moment_s).unwrap();
+            let off_m = (plan_m - nalgebra::Point3::from(page_m)).norm();
+            assert!(off_m < 1e-3, "{}: {off_m} m", drone.name);
+        }
+    }
+}
