@@ -14,8 +14,8 @@
 //! crosses a height twice between two cuts is taken for none.
 //!
 //! The strength of air is that of a drone hovering with the thrust of the moment it left: `U` goes
-//! with the root of the thrust. Cross-flow of the drone's own motion does not weaken it; nobody
-//! has measured by how much it would.
+//! with the root of the thrust. Cross-flow of the drone's own motion does not weaken it: no
+//! measurement says by how much it would.
 
 use std::collections::VecDeque;
 
@@ -85,9 +85,9 @@ pub(crate) struct Link {
 }
 
 impl Emitter {
-    /// A drone that has hovered at a place for ever; `wake` at the mass that strengths refer to,
-    /// `convection` the speed of its air over the centreline's, `step_s` between two moments (s).
-    /// Air is followed down to `deepest_m` below it (m).
+    /// A drone that has hovered at a place long enough for its wake to be whole; `wake` at the mass
+    /// that strengths refer to, `convection` the speed of its air over the centreline's, `step_s`
+    /// between two moments (s). Air is followed down to `deepest_m` below it (m).
     #[must_use]
     pub fn new(wake: Wake, (convection, step_s): (f64, f64), deepest_m: f64) -> Emitter {
         let far = wake.far_field();

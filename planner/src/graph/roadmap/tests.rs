@@ -110,7 +110,7 @@ fn a_drone_takes_off_straight_up_from_the_shelf_it_stands_on() {
 }
 
 #[test]
-fn nobody_takes_off_under_a_roof() {
+fn no_drone_takes_off_under_a_roof() {
     let solids = solids(&[
         ([1.0, 1.0, 0.0], [4.0, 4.0, 1.0]),
         ([1.0, 1.0, 1.45], [4.0, 4.0, 1.6]),
