@@ -1,9 +1,9 @@
 //! Plans in the formats that other programs fly, and those formats read back. Bytes in, bytes out:
 //! no files.
 //!
-//! [`export`] turns a plan into files, then reads these files with [`read`], which shares no code
-//! with [`mod@write`], and measures how far what they say is from the plan. A file that a vehicle
-//! could not hold is not written: every drone that does not fit is a [`Refusal`].
+//! [`export()`] turns a plan into files, then reads these files with [`read`], which shares no
+//! code with [`mod@write`], and measures how far what they say is from the plan. A file that a
+//! vehicle could not hold is not written: every drone that does not fit is a [`Refusal`].
 //!
 //! In reading order: [`frame`]: which axes a file has; [`course`]: a plan's motions as cubic Bézier
 //! pieces, which the writers take; [`mod@write`]: one file a format; [`flown`]: what readers give,

@@ -76,13 +76,14 @@ mod tests {
     #[test]
     fn a_piece_of_each_degree_is_read_and_a_cut_one_is_refused_where_it_ends() {
         let mut bytes = Vec::new();
-        let mut put = |value: i16| bytes.extend(value.to_le_bytes());
-        [1000, -2000, 500, 0].map(&mut put);
+        let put = |bytes: &mut Vec<u8>, values: &[i16]| {
+            values.iter().for_each(|it| bytes.extend(it.to_le_bytes()));
+        };
+        put(&mut bytes, &[1000, -2000, 500, 0]);
         // x straight, y cubic, z of degree 7, yaw constant; 2 s.
         bytes.extend([0b00_11_10_01, 0xD0, 0x07]);
-        let mut put = |value: i16| bytes.extend(value.to_le_bytes());
-        [2000, -2000, -1000, -1000].map(&mut put);
-        [500, 500, 500, 1500, 1500, 1500, 1500].map(&mut put);
+        put(&mut bytes, &[2000, -2000, -1000, -1000]);
+        put(&mut bytes, &[500, 500, 500, 1500, 1500, 1500, 1500]);
         bytes.extend([0; 3]);
         let flown = read(&bytes, 0.001).expect("reads");
         let at = |t_s| flown.at_m(t_s).expect("has spans");
