@@ -23,7 +23,7 @@ pub(crate) fn read(path: &Path) -> Result<FindingFile, Failure> {
     let text = files::text(path, MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
     read_finding(&text).map_err(|error| Failure::Finding {
         path: path.to_owned(),
-        error,
+        error: error.into(),
     })
 }
 

@@ -134,7 +134,7 @@ fn judge_others(
     }
     let file = read_finding(&finding_ron(finding)).map_err(|error| Failure::Finding {
         path: "finding.ron".into(),
-        error,
+        error: error.into(),
     })?;
     let others = arguments.asked.read_others(&arguments.judge)?;
     let from = own.len();

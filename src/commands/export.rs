@@ -107,7 +107,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let made = match export(&file.plan, arguments.to, &options) {
         Ok(made) => made,
-        Err(error @ ExportError::NoGeoreference) => return Err(Failure::NoGeoreference(error)),
+        Err(error @ ExportError::NoGeoreference) => {
+            return Err(Failure::NoGeoreference(error.into()));
+        }
         Err(error) => {
             let refusals = match &error {
                 ExportError::Refused(refusals) => &refusals[..],

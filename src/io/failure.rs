@@ -61,7 +61,7 @@ pub(crate) enum Failure {
         error: flight::SetupError,
     },
     #[error(transparent)]
-    NoGeoreference(exchange::ExportError),
+    NoGeoreference(Box<exchange::ExportError>),
     #[error("{0}: name a folder to write to with --out")]
     NoFolder(&'static str),
     #[error("--one takes one place, one size and one seed, which would be 1 instance, not {0}")]
@@ -76,7 +76,10 @@ pub(crate) enum Failure {
     #[error("--judge holds one finding against other recordings, and there are {0}")]
     SeveralToJudge(usize),
     #[error("{}: no finding: {error}", path.display())]
-    Finding { path: PathBuf, error: NoFinding },
+    Finding {
+        path: PathBuf,
+        error: Box<NoFinding>,
+    },
     #[error(transparent)]
     Campaign(#[from] CampaignError),
     #[error(
