@@ -457,7 +457,7 @@ const chart = (id, value, limit, flown) => {
   pen.font = '10px Helvetica,Arial,DejaVu Sans,sans-serif'; pen.fillStyle = css('--soft'); pen.textAlign = 'right';
   for (const v of [bottom, top / 1.1]) { pen.fillText(number(v), 26, y(v) + 3); pen.fillStyle = css('--faint'); pen.fillRect(30, y(v), width - 34, 1); pen.fillStyle = css('--soft'); }
   pen.fillText(number(end, 0) + ' s', width - 4, height - 2); pen.textAlign = 'left'; pen.fillText('0', 30, height - 2);
-  const curve = (count, at, v, colour, wide, dash = []) => { pen.beginPath(); let open = false; for (let k = 0; k < count; k++) { const it = v(k); if (it === null) { open = false; continue; } open ? pen.lineTo(x(at(k)), y(it)) : pen.moveTo(x(at(k)), y(it)); open = true; } pen.setLineDash(dash); pen.strokeStyle = colour; pen.lineWidth = wide; pen.stroke(); pen.setLineDash([]); };
+  const curve = (count, at, v, colour, wide, dash = []) => { pen.beginPath(); let open = false; for (let k = 0; k < count; k++) { const it = at(k) < 0 || at(k) > end * 1.000001 ? null : v(k); if (it === null) { open = false; continue; } open ? pen.lineTo(x(at(k)), y(it)) : pen.moveTo(x(at(k)), y(it)); open = true; } pen.setLineDash(dash); pen.strokeStyle = colour; pen.lineWidth = wide; pen.stroke(); pen.setLineDash([]); };
   const FLOWN = ['#882255', '#117733', '#999933', '#aa4499'];
   flown.forEach((it, k) => curve(it.values.length, i => it.from + i * it.step, i => it.values[i], FLOWN[k % FLOWN.length], 1));
   curve(points + 1, k => end * k / points, k => values[k], css('--air'), 1.6);
