@@ -358,7 +358,7 @@ impl Costmap {
 
     /// The same in a tenth of the time: by bounds for those who are not close, and without a look
     /// at what the leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is
-    /// known. Where it is asked to, it leaves [`SPARE`] of the budget to those who come later.
+    /// known. Where it is asked to, it leaves a part of the budget to drones that come later.
     pub fn judge_nearby(&self, leg: &Leg, spares: bool, verdict: &mut Verdict) {
         let spare = if spares && !leg.stays() { SPARE } else { 0.0 };
         let budget = (f64::from(self.budget) * (1.0 - spare)) as u32;
