@@ -5,8 +5,9 @@
 //! delay the verifier says.
 
 use airflow::{Airframe, Flown, Source, Superposition, Wake, mean_over_discs_mps};
+use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::Point3;
-use planner::WakeOutlines;
+use planner::blocking_surfaces;
 use planner::plan::{DronePlan, Plan, Sample};
 use rayon::prelude::*;
 
@@ -19,7 +20,6 @@ const STEPS_BACK: usize = 4;
 /// One wake that drones share: of an airframe at a mass.
 pub(super) struct Kind {
     pub(super) wake: Wake,
-    mass_kg: f64,
     /// Farthest from a rotor centre that its air is felt (m), level.
     reach_m: f64,
 }
@@ -36,7 +36,8 @@ struct Member<'a> {
 pub(super) struct AirOfPlan<'a> {
     pub(super) kinds: Vec<Kind>,
     members: Vec<Member<'a>>,
-    outlines: WakeOutlines,
+    /// Floor and level faces, on which wakes end.
+    surfaces: BlockingSurfaces,
     flown: Flown,
     superposition: Superposition,
     /// Speed of the air over the centreline's; `None`: it takes no time.
@@ -58,7 +59,6 @@ impl<'a> AirOfPlan<'a> {
     pub(super) fn new(plan: &'a Plan) -> AirOfPlan<'a> {
         let effects = plan.air.effects.unwrap_or_default();
         let flown = Flown::of(&effects).unwrap_or_default();
-        let outlines = WakeOutlines::new(plan);
         let depth_m = (plan.bounds_m.max.z - plan.bounds_m.min.z).max(1.0);
         let mut keys: Vec<(&str, u64)> = Vec::new();
         let mut kinds: Vec<Kind> = Vec::new();
@@ -79,11 +79,7 @@ impl<'a> AirOfPlan<'a> {
                     ));
                     keys.push(key);
                     let reach_m = reach_m(&wake, depth_m);
-                    kinds.push(Kind {
-                        wake,
-                        mass_kg,
-                        reach_m,
-                    });
+                    kinds.push(Kind { wake, reach_m });
                     kinds.len() - 1
                 }))
             });
@@ -97,7 +93,7 @@ impl<'a> AirOfPlan<'a> {
         AirOfPlan {
             kinds,
             members,
-            outlines,
+            surfaces: blocking_surfaces(plan),
             flown,
             superposition: plan.air.superposition.parse().unwrap_or_default(),
             convection: plan.convection().map(|it| it.factors()[1]),
@@ -160,7 +156,7 @@ impl<'a> AirOfPlan<'a> {
             let (place_m, kind) = self.makes(drone, sample.t_s)?;
             let ends_z_m = match last {
                 Some((before_m, of, ends_z_m)) if before_m == place_m && of == kind => ends_z_m,
-                _ => self.end_z_m(drone, kind, place_m),
+                _ => self.end_z_m(kind, place_m),
             };
             last = Some((place_m, kind, ends_z_m));
             Some(ends_z_m)
@@ -168,11 +164,10 @@ impl<'a> AirOfPlan<'a> {
         samples.iter().map(at).collect()
     }
 
-    /// The height (m) on which a drone's wake of one kind ends from a place (m).
-    fn end_z_m(&self, drone: usize, kind: usize, place_m: Point3<f64>) -> f64 {
-        let mass_kg = self.kinds[kind].mass_kg;
-        let drone = self.members[drone].drone;
-        self.outlines.of(drone, place_m, mass_kg).z_m[1]
+    /// The height (m) on which a wake of one kind ends from a place (m).
+    fn end_z_m(&self, kind: usize, place_m: Point3<f64>) -> f64 {
+        let wake = &self.kinds[kind].wake;
+        self.surfaces.wake_end_z_m(wake, &place_m, &place_m)
     }
 
     /// What all drones meet at each moment.
@@ -277,7 +272,7 @@ impl<'a> AirOfPlan<'a> {
             return None;
         }
         let wake = &self.kinds[kind].wake;
-        let ends_z_m = self.end_z_m(drone, kind, place_m);
+        let ends_z_m = self.end_z_m(kind, place_m);
         if !self.flown.depends_on_climb() {
             return Some((place_m, wake.clone(), ends_z_m));
         }
