@@ -10,24 +10,14 @@ use serde::Serialize;
 
 use super::diagnose::CampaignError;
 use super::forces::{CampaignOptions, Forces};
-use crate::forward::held_out::R2Sums;
+use crate::forward::held_out::{ABOVE_FLOOR_M, R2Figures, R2Sums, UNDER_M};
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::{Channel, Sample};
 use crate::record::recording::Recording;
-use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::held_out::FOLDS;
 use crate::statistics::quantile::median;
 use crate::statistics::sequence::{Blocks, Sequence};
-
-/// Draws with replacement. Chosen here: enough for two digits of a 95 % interval.
-const DRAWS: usize = 400;
-/// Rows below which nothing is said of a place. Chosen here: fewer make no mean.
-const LEAST_ROWS: usize = 20;
-/// Where forces are judged besides everywhere: how near (m) to the axis of a drone above, and how
-/// high above the floor (m), as in [`crate::forward::held_out::ForceTest`].
-const UNDER_M: f64 = 0.35;
-const ABOVE_FLOOR_M: f64 = 0.3;
 
 /// A finding, judged.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -203,7 +193,7 @@ fn applied(channel: Channel, flights: Vec<Flight>) -> Applied {
     }
 }
 
-/// Figures over the rows of a place; `None` below [`LEAST_ROWS`].
+/// Figures over the rows of a place; `None` where there are too few.
 fn compared(
     rows_where: &str,
     flights: &[Flight],
@@ -242,33 +232,17 @@ fn compared(
         }
     }
     units.retain(|sums| sums.rows > 0.0);
-    let mut total = R2Sums::default();
-    units.iter().for_each(|sums| total += *sums);
-    let rows = total.rows as usize;
-    if rows < LEAST_ROWS {
-        return None;
-    }
-    let figures = |sums: R2Sums| {
-        let ([before, after], [_, rms]) = (sums.r2(), sums.rms());
-        [after, after - before, rms]
-    };
-    let ends = intervals_95(units.len(), DRAWS, rows as u64, |picked| {
-        let mut sums = R2Sums::default();
-        picked.iter().for_each(|&unit| sums += units[unit]);
-        figures(sums)
-    });
-    let values = figures(total);
-    let interval = |which: usize| [ends[which][0], values[which], ends[which][1]];
+    let figures = R2Figures::over(&units)?;
     Some(Compared {
         rows_where: rows_where.to_owned(),
         has_offsets,
-        rows,
+        rows: figures.rows,
         recordings,
-        rms_before: total.rms()[0],
-        rms_after: interval(2),
-        r2_before: total.r2()[0],
-        r2_after: interval(0),
-        r2_gained: interval(1),
+        rms_before: figures.rms.0,
+        rms_after: figures.rms.1,
+        r2_before: figures.r2.0,
+        r2_after: figures.r2.1,
+        r2_gained: figures.r2_gained,
     })
 }
 

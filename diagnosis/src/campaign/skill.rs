@@ -8,15 +8,9 @@ use serde::Serialize;
 
 use super::forces::Forces;
 use super::scatter::MOST_OFFSET_N;
-use crate::forward::held_out::R2Sums;
+use crate::forward::held_out::{LEAST_ROWS, R2Figures, R2Sums};
 use crate::forward::observed::Explained;
-use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::quantile::median;
-
-/// Draws of flights with replacement. Chosen here: enough for two digits of a 95 % interval.
-const DRAWS: usize = 400;
-/// Rows below which nothing is said of a place. Chosen here: fewer make no mean.
-const LEAST_ROWS: usize = 20;
 
 /// What a row counts under along a curve; `None` where it does not belong to it.
 type Abscissa<'a> = &'a dyn Fn(usize) -> Option<f64>;
@@ -112,37 +106,21 @@ impl<'a> Judged<'a> {
 
     fn skill(&self, name: &str, test: &dyn Fn(usize) -> bool) -> Option<Skill> {
         let mut by_flight = vec![R2Sums::default(); self.flights.iter().max()? + 1];
-        let mut total = R2Sums::default();
         for i in (0..self.recorded.len()).filter(|&i| test(i)) {
             let predicted = [self.before[i], self.after[i]];
             by_flight[self.flights[i]].add(self.recorded[i], predicted);
-            total.add(self.recorded[i], predicted);
         }
         by_flight.retain(|sums| sums.rows > 0.0);
-        let rows = total.rows as usize;
-        if rows < LEAST_ROWS {
-            return None;
-        }
-        let figures = |sums: R2Sums| {
-            let ([before, after], [_, rms_after]) = (sums.r2(), sums.rms());
-            [after, after - before, rms_after]
-        };
-        let ends = intervals_95(by_flight.len(), DRAWS, rows as u64, |picked| {
-            let mut sums = R2Sums::default();
-            picked.iter().for_each(|&flight| sums += by_flight[flight]);
-            figures(sums)
-        });
-        let figures = figures(total);
-        let interval = |which: usize| [ends[which][0], figures[which], ends[which][1]];
+        let figures = R2Figures::over(&by_flight)?;
         Some(Skill {
             rows_where: name.to_owned(),
-            rows,
+            rows: figures.rows,
             flights: by_flight.len(),
-            rms_before_n: total.rms()[0],
-            rms_after_n: interval(2),
-            r2_before: total.r2()[0],
-            r2_after: interval(0),
-            r2_gained: interval(1),
+            rms_before_n: figures.rms.0,
+            rms_after_n: figures.rms.1,
+            r2_before: figures.r2.0,
+            r2_after: figures.r2.1,
+            r2_gained: figures.r2_gained,
         })
     }
 

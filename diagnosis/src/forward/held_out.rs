@@ -19,8 +19,18 @@ use crate::forward::force::Force;
 use crate::record::baseline::ReceiverAir;
 use crate::record::recording::{Recording, Vehicle};
 use crate::record::thrust_map::ThrustMap;
+use crate::statistics::bootstrap::intervals_95;
 use crate::thrust::free_flight::{Around, Trace};
 use crate::thrust::identify::{FoldError, FoldMap, Options, deal, fold_maps};
+
+/// Where forces are judged besides everywhere: how near (m) to the axis of a drone above ...
+pub(crate) const UNDER_M: f64 = 0.35;
+/// ... and how high above the floor (m). Chosen here.
+pub(crate) const ABOVE_FLOOR_M: f64 = 0.3;
+/// Draws with replacement. Chosen here: enough for two digits of a 95 % interval.
+const DRAWS: usize = 400;
+/// Rows below which nothing is said of a place. Chosen here: fewer make no mean.
+pub(crate) const LEAST_ROWS: usize = 20;
 
 /// What is held out, and which rows are judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,8 +49,8 @@ impl Default for ForceTest {
     fn default() -> ForceTest {
         ForceTest {
             folds: 5,
-            under_m: 0.35,
-            above_floor_m: 0.3,
+            under_m: UNDER_M,
+            above_floor_m: ABOVE_FLOOR_M,
             identify: Options::default(),
         }
     }
@@ -226,6 +236,51 @@ impl R2Sums {
     /// Root mean square of what each prediction leaves.
     pub(crate) fn rms(&self) -> [f64; 2] {
         self.left.map(|left| (left / self.rows).sqrt())
+    }
+}
+
+/// What sums of some units (flights, blocks) say together; intervals are 95 % over units: lower
+/// end, value, upper end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct R2Figures {
+    /// Rows of all units.
+    pub(crate) rows: usize,
+    /// Root mean square of what the first prediction leaves, and the second.
+    pub(crate) rms: (f64, [f64; 3]),
+    /// `R²` of the first prediction, and of the second.
+    pub(crate) r2: (f64, [f64; 3]),
+    /// Second less first.
+    pub(crate) r2_gained: [f64; 3],
+}
+
+impl R2Figures {
+    /// `None` below [`LEAST_ROWS`].
+    pub(crate) fn over(units: &[R2Sums]) -> Option<R2Figures> {
+        let together = |picked: &mut dyn Iterator<Item = &R2Sums>| {
+            let mut sums = R2Sums::default();
+            picked.for_each(|unit| sums += *unit);
+            sums
+        };
+        let total = together(&mut units.iter());
+        let rows = total.rows as usize;
+        if rows < LEAST_ROWS {
+            return None;
+        }
+        let figures = |sums: R2Sums| {
+            let ([before, after], [_, rms_after]) = (sums.r2(), sums.rms());
+            [after, after - before, rms_after]
+        };
+        let ends = intervals_95(units.len(), DRAWS, rows as u64, |picked| {
+            figures(together(&mut picked.iter().map(|&unit| &units[unit])))
+        });
+        let values = figures(total);
+        let interval = |which: usize| [ends[which][0], values[which], ends[which][1]];
+        Some(R2Figures {
+            rows,
+            rms: (total.rms()[0], interval(2)),
+            r2: (total.r2()[0], interval(0)),
+            r2_gained: interval(1),
+        })
     }
 }
 
