@@ -3,8 +3,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use super::run;
 use serde_json::{Value, json};
 
 /// A straight flight after a wait with a stop in it, a smooth one, and one that stays.
@@ -50,20 +50,6 @@ fn smooth_m(t_s: f64) -> [f64; 3] {
 fn straight_m(t_s: f64) -> [f64; 3] {
     let (along, across) = ((t_s - 1.5).clamp(0.0, 3.0), (t_s - 5.5).clamp(0.0, 4.0));
     [2.0 + along, 2.0 + across, 2.0]
-}
-
-fn run(folder: &Path, arguments: &str) -> (Option<i32>, String, String) {
-    let Output {
-        status,
-        stdout,
-        stderr,
-    } = Command::new(env!("CARGO_BIN_EXE_plan"))
-        .current_dir(folder)
-        .args(arguments.split(' '))
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (status.code(), text(stdout), text(stderr))
 }
 
 fn desk(plan: &Value) -> tempfile::TempDir {

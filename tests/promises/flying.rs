@@ -1,9 +1,8 @@
 //! `plan fly` as a person or a script meets it.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
+use super::run;
 use serde_json::Value;
 
 /// Two drones that fly towards one another where `apart_m` is 0, else past one another, and one
@@ -25,20 +24,6 @@ fn plan(apart_m: f64) -> String {
         r#"{{"format": "plan/1", "scenario": "test", "bounds_m": {{"min": [0, 0, 0], "max": [20, 20, 8]}}, "drones": [{}]}}"#,
         drones.join(",")
     )
-}
-
-fn run(folder: &Path, arguments: &str) -> (Option<i32>, String, String) {
-    let Output {
-        status,
-        stdout,
-        stderr,
-    } = Command::new(env!("CARGO_BIN_EXE_plan"))
-        .current_dir(folder)
-        .args(arguments.split(' '))
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (status.code(), text(stdout), text(stderr))
 }
 
 #[test]

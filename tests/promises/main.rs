@@ -39,12 +39,27 @@ mod verifier;
 mod volumes;
 mod wakes;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// How many samples: the second with the feature `long`, for which a machine has half an hour.
 const fn samples<T: Copy>(short: T, long: T) -> T {
     if cfg!(feature = "long") { long } else { short }
+}
+
+/// The command in a folder: exit code, what it printed, what it said of errors and notes.
+fn run(folder: &Path, arguments: &str) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_plan"))
+        .current_dir(folder)
+        .args(arguments.split(' '))
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code(),
+        text(output.stdout),
+        text(output.stderr),
+    )
 }
 
 /// A set of recordings that do not ship; what needs it is ignored where `build.rs` did not find it.
