@@ -5,9 +5,8 @@
 //! delay the verifier says.
 
 use airflow::{Airframe, Flown, Source, Superposition, Wake, mean_over_discs_mps};
-use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::Point3;
-use planner::blocking_surfaces;
+use planner::WakeOutlines;
 use planner::plan::{DronePlan, Plan, Sample};
 use rayon::prelude::*;
 
@@ -36,8 +35,8 @@ struct Member<'a> {
 pub(super) struct AirOfPlan<'a> {
     pub(super) kinds: Vec<Kind>,
     members: Vec<Member<'a>>,
-    /// Floor and level faces, on which wakes end.
-    surfaces: BlockingSurfaces,
+    /// Of wakes, with the faces on which they end.
+    outlines: WakeOutlines,
     flown: Flown,
     superposition: Superposition,
     /// Speed of the air over the centreline's; `None`: it takes no time.
@@ -93,7 +92,7 @@ impl<'a> AirOfPlan<'a> {
         AirOfPlan {
             kinds,
             members,
-            surfaces: blocking_surfaces(plan),
+            outlines: WakeOutlines::new(plan),
             flown,
             superposition: plan.air.superposition.parse().unwrap_or_default(),
             convection: plan.convection().map(|it| it.factors()[1]),
@@ -167,7 +166,8 @@ impl<'a> AirOfPlan<'a> {
     /// The height (m) on which a wake of one kind ends from a place (m).
     fn end_z_m(&self, kind: usize, place_m: Point3<f64>) -> f64 {
         let wake = &self.kinds[kind].wake;
-        self.surfaces.wake_end_z_m(wake, &place_m, &place_m)
+        let surfaces = self.outlines.surfaces();
+        surfaces.wake_end_z_m(wake, &place_m, &place_m)
     }
 
     /// What all drones meet at each moment.

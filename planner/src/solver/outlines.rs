@@ -56,6 +56,11 @@ impl WakeOutlines {
         let ends_at_z_m = self.surfaces.wake_end_z_m(&wake, &at_m, &at_m);
         Outline::new(&wake, at_m, ends_at_z_m)
     }
+
+    /// The floor and level faces on which the wakes end.
+    pub fn surfaces(&self) -> &BlockingSurfaces {
+        &self.surfaces
+    }
 }
 
 /// The floor and level faces of a plan's place, on which wakes end.
