@@ -16,7 +16,7 @@ use diagnosis::infer::finding_file::{FindingFile, finding_ron, read_finding};
 use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
-use super::recordings::{Asked, Printed};
+use super::recordings::{Asked, Printed, RemarkOf, noticed, sentences};
 use super::{applied, by_name};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
@@ -66,6 +66,14 @@ pub(crate) struct Arguments {
 /// Of a judgement of a finding, in `judged.json`.
 const JUDGED: (&str, usize, &str) = ("judged.json", 3, "judged/1");
 
+/// An answer with what was noticed about its recordings.
+#[derive(Serialize)]
+struct Remarked<'a, T> {
+    #[serde(flatten)]
+    answer: &'a T,
+    remarks: &'a [RemarkOf],
+}
+
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "diagnosis.json";
 /// Of [`MAIN`].
@@ -106,7 +114,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         [] => return Err(Failure::Diagnose(errors)),
         [(recording, finding)] if recordings.len() == 1 => {
             let report = report(recording, finding);
-            deliver(&arguments.asked, (&name, &report), finding, finding)?;
+            deliver(
+                &arguments.asked,
+                (&name, report),
+                finding,
+                (&recordings, finding),
+            )?;
         }
         several => deliver_all(&arguments.asked, &name, several)?,
     }
@@ -193,7 +206,12 @@ fn run_flights(
     progress.finish();
     let report = flights::report(name, &found, &options);
     let answer = Flights::of(&found, logs);
-    deliver(&asked.asked, (name, &report), &found.finding, &answer)?;
+    deliver(
+        &asked.asked,
+        (name, report),
+        &found.finding,
+        (logs, &answer),
+    )?;
     Ok((Answer::from(is_explained(&found.finding)), found.finding))
 }
 
@@ -201,30 +219,42 @@ fn run_flights(
 /// those of probes.csv, or of receiver.csv where there are no probes.
 fn deliver(
     asked: &Asked,
-    named: (&str, &Report),
+    (name, mut report): (&str, Report),
     finding: &Finding,
-    answer: &impl Serialize,
+    (recordings, answer): (&[Recording], &impl Serialize),
 ) -> Result<(), Failure> {
     let finding = ("finding.ron".to_owned(), finding_ron(finding));
-    asked.deliver(named, (MAIN, 2, FORMAT), answer, vec![finding])
+    let remarks = &noticed(recordings);
+    remark(&mut report, remarks);
+    let answer = Remarked { answer, remarks };
+    asked.deliver((name, &report), (MAIN, 2, FORMAT), &answer, vec![finding])
 }
 
-fn printed(finding: &Finding) -> Printed<'_, Finding> {
-    Printed {
-        format: FORMAT,
-        answer: finding,
-        files: &[],
-    }
+fn remark<'r>(report: &mut Report, remarks: impl IntoIterator<Item = &'r RemarkOf>) {
+    report.section("Remarks", Part::list(sentences(remarks, MAIN)));
 }
 
 /// Writes each finding to a folder of its own, and prints a line of each.
 fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Result<(), Failure> {
     let out = asked.folder(name, MAIN)?.path;
+    let remarks_of =
+        |(recording, _): &(&Recording, Finding)| noticed(std::slice::from_ref(*recording));
+    let noticed: Vec<Vec<RemarkOf>> = found.iter().map(remarks_of).collect();
+    let remarked = found.iter().zip(&noticed);
+    let remarked = remarked.map(|((_, answer), remarks)| Remarked { answer, remarks });
+    let remarked: Vec<Remarked<Finding>> = remarked.collect();
+    let printed = |answer| Printed {
+        format: FORMAT,
+        answer,
+        files: &[],
+    };
     let mut texts = Vec::new();
-    for (recording, finding) in found {
+    for ((recording, finding), remarked) in found.iter().zip(&remarked) {
         let folder = OutFolder::prepare(out.join(&recording.name), MAIN)?.path;
-        let json = files::json(&printed(finding));
-        let mut here = page::files(&report(recording, finding));
+        let json = files::json(&printed(remarked));
+        let mut report = report(recording, finding);
+        remark(&mut report, remarked.remarks);
+        let mut here = page::files(&report);
         here.push(("finding.ron".to_owned(), finding_ron(finding)));
         here.push((MAIN.to_owned(), json));
         texts.extend(files::below(&folder, here));
@@ -232,14 +262,18 @@ fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Re
     files::write(&texts)?;
     print(&match asked.format {
         Format::Json => {
-            let all = found.iter().map(|(_, finding)| printed(finding));
+            let all = remarked.iter().map(printed);
             files::json(&all.collect::<Vec<_>>())
         }
-        Format::Text => format!(
-            "{}\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
-            words::summary(found).text(),
-            out.display()
-        ),
+        Format::Text => {
+            let mut summary = words::summary(found);
+            remark(&mut summary, noticed.iter().flatten());
+            format!(
+                "{}\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
+                summary.text(),
+                out.display()
+            )
+        }
     })
 }
 

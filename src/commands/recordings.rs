@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use diagnosis::forward::simulate::simulate;
 use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::Remark;
 use serde::Serialize;
 
 use crate::io::answer::{Format, print};
@@ -45,6 +47,59 @@ pub(crate) struct Printed<'a, T> {
     pub(crate) answer: &'a T,
     #[serde(skip_serializing_if = "<[PathBuf]>::is_empty")]
     pub(crate) files: &'a [PathBuf],
+}
+
+/// What was noticed about one recording, in residuals.json and diagnosis.json.
+#[derive(Serialize)]
+pub(crate) struct RemarkOf {
+    recording: String,
+    #[serde(flatten)]
+    remark: Remark,
+}
+
+impl RemarkOf {
+    pub(crate) fn new(recording: &Recording, remark: &Remark) -> RemarkOf {
+        RemarkOf {
+            recording: recording.name.clone(),
+            remark: remark.clone(),
+        }
+    }
+}
+
+/// What reading these recordings and simulating their probes and receivers noticed.
+pub(crate) fn noticed(recordings: &[Recording]) -> Vec<RemarkOf> {
+    let of = |recording: &Recording| {
+        let left_out = simulate(recording).left_out;
+        let all = recording.remarks.iter().chain(&left_out);
+        all.map(|remark| RemarkOf::new(recording, remark))
+            .collect::<Vec<_>>()
+    };
+    recordings.iter().flat_map(of).collect()
+}
+
+/// More remarks of a kind than these are counted, not printed; the JSON has all.
+const REMARKS_OF_A_KIND: usize = 6;
+
+/// Every remark with its recording; of many of a kind the first few and a count.
+pub(crate) fn sentences<'r>(
+    remarks: impl IntoIterator<Item = &'r RemarkOf>,
+    file: &str,
+) -> Vec<String> {
+    let mut found: Vec<&RemarkOf> = remarks.into_iter().collect();
+    found.sort_by_key(|of| of.remark.kind);
+    let mut sentences = Vec::new();
+    for of_kind in found.chunk_by(|a, b| a.remark.kind == b.remark.kind) {
+        for RemarkOf { recording, remark } in of_kind.iter().take(REMARKS_OF_A_KIND) {
+            let subject = remark.subject.iter().map(|subject| format!(", {subject}"));
+            let subject: String = subject.collect();
+            sentences.push(format!("{recording}{subject}: {}", remark.message));
+        }
+        if of_kind.len() > REMARKS_OF_A_KIND {
+            let more = of_kind.len() - REMARKS_OF_A_KIND;
+            sentences.push(format!("and {more} more of the kind, see {file}"));
+        }
+    }
+    sentences
 }
 
 impl Asked {

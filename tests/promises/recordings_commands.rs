@@ -119,6 +119,49 @@ fn a_recording_is_simulated_sample_by_sample_and_its_report_opens_offline() {
 }
 
 #[test]
+fn diagnose_tells_the_remarks_that_simulate_tells_and_what_to_measure_next() {
+    let desk = tempfile::tempdir().unwrap();
+    // A probe that stands still for twenty readings.
+    let folder = desk.path().join("stuck-hall");
+    fs::create_dir(&folder).unwrap();
+    let shipped = root().join("recordings/draughty-hall");
+    for (path, bytes) in contents(&shipped) {
+        fs::write(folder.join(path), bytes).unwrap();
+    }
+    let readings = fs::read_to_string(folder.join("probes.csv")).unwrap();
+    let mut last: Option<String> = None;
+    let stuck = readings.lines().enumerate().map(|(row, line)| {
+        let (place, speed) = line.rsplit_once(',').unwrap();
+        let speed = match (row, &last) {
+            (101..=120, Some(held)) => held.clone(),
+            _ => speed.to_owned(),
+        };
+        last = Some(speed.clone());
+        format!("{place},{speed}\n")
+    });
+    let stuck: String = stuck.collect();
+    fs::write(folder.join("probes.csv"), stuck).unwrap();
+    let said = |command: &str| {
+        let output = plan(desk.path(), &[command, "stuck-hall", "--format", "json"]);
+        let (code, printed, errors) = texts(&output);
+        assert_eq!((code, errors), (0, ""), "{command}");
+        serde_json::from_str::<Value>(printed).unwrap()
+    };
+    let (simulated, diagnosed) = (said("simulate"), said("diagnose"));
+    assert_eq!(simulated["remarks"], diagnosed["remarks"]);
+    let remarks = diagnosed["remarks"].as_array().unwrap();
+    let is_stuck = |remark: &Value| remark["kind"] == "stuck";
+    assert!(remarks.iter().any(is_stuck), "{remarks:?}");
+    assert!(!diagnosed["advice"].as_array().unwrap().is_empty());
+    let page = desk.path().join("out/diagnose/stuck-hall/report.html");
+    let page = fs::read_to_string(page).unwrap();
+    assert!(
+        page.contains("Remarks") && page.contains("left out"),
+        "{remarks:?}"
+    );
+}
+
+#[test]
 fn the_jet_is_calibrated_from_the_recordings_that_ship() {
     let desk = tempfile::tempdir().unwrap();
     let all = shelf().display().to_string();

@@ -10,6 +10,7 @@ use super::skill::{Curve, Judged, Skill};
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::Explained;
 use crate::forward::simulate::{Channel, Sample};
+use crate::infer::advice::narrowing;
 use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::diagnose::{departing, detectable, effects, ranked};
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
@@ -203,6 +204,10 @@ pub fn diagnose_campaign(
         rms: root_mean_square(&of_rest.predictions),
         ..Remains::default()
     };
+    let next = match &shape {
+        Some(shape) => narrowing(shape),
+        None => advice(&candidates, &chosen),
+    };
     let finding = Finding {
         recording: format!("{flights} flights"),
         channel: Channel::VerticalForce,
@@ -219,7 +224,7 @@ pub fn diagnose_campaign(
         remains,
         p: test.p,
         runner_up: None,
-        advice: advice(&candidates, &chosen),
+        advice: next,
         detectable: detectable(&setting),
         effects,
         prediction: corrected,
@@ -325,5 +330,11 @@ fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
             others.join(", ")
         )
     });
-    advice.collect()
+    let mut advice: Vec<String> = advice.collect();
+    if advice.is_empty() && !chosen.turns.is_empty() {
+        advice.push(
+            "the same flights on another day, and judge what is named by them: it must predict them better, too".into(),
+        );
+    }
+    advice
 }

@@ -1,4 +1,5 @@
-//! What to measure next, where a recording cannot tell two explanations apart.
+//! What to measure next: what tells two explanations apart, confirms the only one, or narrows what
+//! has no name.
 //!
 //! A measurement decides between rivals where their predictions differ most for its noise
 //! (T-optimality, Atkinson & Fedorov 1975, Biometrika 62:57): both are asked for the reading of a
@@ -13,6 +14,7 @@ use crate::forward::hypothesis::Sensor;
 use crate::forward::observed::Observed;
 use crate::forward::simulate::Sample;
 use crate::infer::fit::Setting;
+use crate::infer::outside::Shape;
 use crate::infer::select::{Selection, Tried};
 use crate::record::recording::{Role, Vehicle};
 
@@ -28,9 +30,18 @@ const RADII: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
 const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west"), (1.5, "south")];
 
 /// Measurements that would decide between what was chosen and what does as well, most telling
-/// first; empty where nothing does as well.
+/// first; where nothing does as well, what would refute the choice; where something has no name,
+/// what would narrow it. Empty where nothing is missing.
 #[must_use]
-pub fn advice(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<String> {
+pub fn advice(
+    setting: &Setting,
+    observed: &Observed,
+    selection: &Selection,
+    shape: Option<&Shape>,
+) -> Vec<String> {
+    if let Some(shape) = shape {
+        return narrowing(shape);
+    }
     let chosen = &selection.chosen;
     let mut kept: Vec<String> = Vec::new();
     for (place, rivals) in selection.rivals.iter().enumerate() {
@@ -48,8 +59,63 @@ pub fn advice(setting: &Setting, observed: &Observed, selection: &Selection) -> 
             }
         }
     }
+    if kept.is_empty() && !chosen.which.is_empty() {
+        kept = refuting(setting, observed, selection);
+    }
     kept.truncate(MOST);
     kept
+}
+
+/// What would settle an answer without a rival: where the next best would read most differently,
+/// what settles its terms, and the same flight once more.
+fn refuting(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<String> {
+    let chosen = &selection.chosen;
+    let mut others = selection.singles.iter();
+    let next = others.find(|one| one.practical && !chosen.which.contains(&one.which[0]));
+    let next = next.map(|next| places(setting, observed, [chosen, next]));
+    let settled_by = chosen.which.iter();
+    let settled_by = settled_by.map(|&k| setting.candidates[k].settled_by.to_owned());
+    let settled_by = settled_by.filter(|line| !line.is_empty());
+    let again = "the same flight on another day: what is named must come back within its intervals";
+    let lines = next.into_iter().flatten().take(1).chain(settled_by);
+    lines.chain([again.to_owned()]).collect()
+}
+
+/// What would narrow something without a name.
+pub(crate) fn narrowing(shape: &Shape) -> Vec<String> {
+    let other_probe =
+        "the same flight with another instrument: what comes back is not the instrument's";
+    if !shape.spans_s.is_empty() {
+        return vec![
+            "what else happened at these times: doors, fans, other aircraft, contacts and cables of the instrument".into(),
+            other_probe.into(),
+        ];
+    }
+    if let Some(period_s) = shape.period_s {
+        return vec![
+            format!(
+                "the drone's attitude and motors at {:.0} Hz or more: does anything there repeat every {period_s:.2} s?",
+                (10.0 / period_s).ceil()
+            ),
+            other_probe.into(),
+        ];
+    }
+    let ends = shape.curve.first().zip(shape.curve.last());
+    let sweep = shape
+        .depends_on
+        .first()
+        .zip(ends)
+        .map(|((name, _), (first, last))| {
+            format!(
+                "a slow sweep of {name} from {:.2} to {:.2} with everything else held",
+                first.0, last.0
+            )
+        });
+    let turned = "the same flight turned by 90 degrees and moved by 2 m: what stays in its place stands in the room";
+    sweep
+        .into_iter()
+        .chain([other_probe.to_owned(), turned.to_owned()])
+        .collect()
 }
 
 /// The two places at which a probe would tell one explanation from another best.

@@ -57,6 +57,9 @@ const PLATEAU: usize = 3;
 /// part of what the recording covers. Chosen here.
 const SAID: usize = 3;
 const NARROW: f64 = 0.7;
+/// What settles an answer that throttle and power gave.
+const WEIGH: &str =
+    "each drone on a scale with its battery, and pressure and temperature where it flies";
 /// Draws of blocks for an interval of an error: enough for two digits.
 const DRAWS: usize = 200;
 
@@ -128,6 +131,10 @@ pub fn diagnose_channel(
         both.for_each(|(f, more)| *f += more);
         selection.withdraw();
     }
+    let mut next = advice(&setting, &observed, &selection, shape.as_ref());
+    if cause.is_some() && next.is_empty() {
+        next.push(WEIGH.to_owned());
+    }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &observed, &selection));
     let last = observed.samples.iter().map(|sample| sample.row).max();
@@ -152,7 +159,7 @@ pub fn diagnose_channel(
         remains,
         p: test.p,
         runner_up,
-        advice: advice(&setting, &observed, &selection),
+        advice: next,
         detectable: detectable(&setting),
         effects,
         prediction,

@@ -161,7 +161,12 @@ fn place(finding: &Finding) -> Vec<Part> {
     let region = &finding.region;
     let nowhere = "Nowhere: what is left of recorded minus simulated is noise, and what the instrument's maker allows.";
     let mut parts = match finding.verdict {
-        Verdict::None if finding.p > ACCEPTED => vec![Part::line(nowhere)],
+        Verdict::None if finding.p > ACCEPTED && !finding.remains.is_sure => {
+            vec![Part::line(nowhere)]
+        }
+        Verdict::None if finding.remains.is_sure => vec![Part::line(
+            "Nowhere that an effect of the library shows; what repeats all the same stands under what remains.",
+        )],
         Verdict::None => vec![Part::line(
             "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
         )],
@@ -207,7 +212,10 @@ fn p_value(p: f64) -> String {
 
 fn what_is_missing(finding: &Finding) -> Vec<Part> {
     if finding.verdict == Verdict::None {
-        let nothing = "Nothing is missing that would show here.";
+        let nothing = match finding.remains.is_sure {
+            true => "No effect of the library shows here.",
+            false => "Nothing is missing that would show here.",
+        };
         return vec![Part::line(nothing)];
     }
     let mut parts = Vec::new();
@@ -219,6 +227,12 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.push(Part::Line(format!("{name}: {description}.")));
         parts.push(Part::line(&effect.equation));
         parts.push(parameters(effect));
+    }
+    if !finding.effects.is_empty() {
+        parts.push(Part::Line(format!(
+            "95 % of a parameter that was fitted: 1.96 standard errors to either side, from the scatter of scores over {} and from how far each law itself may be off; cut at the ends of a parameter's range. t0: where the log likelihood of all readings falls by 1.92; the level of a saturation: the resolution.",
+            parts_of(finding.channel)
+        )));
     }
     parts
 }
@@ -349,13 +363,19 @@ fn runners_up(finding: &Finding) -> Vec<Part> {
             effect.name, second.name, second.gain, second.gain_error
         ));
     }
+    let lines_are_rivals = !lines.is_empty();
     if lines.is_empty() {
         let none = || "No runner-up is left to tell apart.".into();
         lines.push(rival(finding).unwrap_or_else(none));
     }
     let mut parts: Vec<Part> = lines.into_iter().map(Part::Line).collect();
     if !finding.advice.is_empty() {
-        parts.push(Part::line("To decide, measure:"));
+        let what = match (finding.verdict, lines_are_rivals) {
+            (Verdict::OutsideLibrary, _) => "To narrow it down, measure:",
+            (_, true) => "To decide, measure:",
+            _ => "To confirm, measure:",
+        };
+        parts.push(Part::line(what));
         parts.push(Part::Steps(finding.advice.clone()));
     }
     parts

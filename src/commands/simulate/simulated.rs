@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::forces::{LOW_PASS, Map};
 use super::skill::Skill;
+use crate::commands::recordings::RemarkOf;
 use crate::io::progress::Progress;
 
 /// One recording, simulated.
@@ -35,14 +36,7 @@ pub(super) struct Printed<'a> {
     /// What a finding from other recordings changes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) applied: Option<Applied>,
-    pub(super) remarks: Vec<RemarkOf<'a>>,
-}
-
-#[derive(Serialize)]
-pub(super) struct RemarkOf<'a> {
-    pub(super) recording: &'a str,
-    #[serde(flatten)]
-    pub(super) remark: &'a Remark,
+    pub(super) remarks: Vec<RemarkOf>,
 }
 
 impl Simulated {
@@ -57,9 +51,8 @@ impl Simulated {
         }
     }
 
-    pub(super) fn remarks(&self) -> impl Iterator<Item = RemarkOf<'_>> {
-        let recording = self.recording.name.as_str();
-        let of = move |remark| RemarkOf { recording, remark };
+    pub(super) fn remarks(&self) -> impl Iterator<Item = RemarkOf> {
+        let of = |remark| RemarkOf::new(&self.recording, remark);
         self.remarks.iter().map(of)
     }
 }

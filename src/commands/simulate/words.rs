@@ -6,13 +6,11 @@ use diagnosis::forward::simulate::Channel;
 use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 
 use super::forces::Map;
-use super::simulated::{Printed, RemarkOf, Simulated};
+use super::simulated::{Printed, Simulated};
 use super::skill::Skill;
+use crate::commands::recordings::sentences;
 use crate::report::sections::{Figure, Part, Report};
 use crate::report::words::{channel_words, count, decimal, each_once, joined, tally};
-
-/// More remarks of a kind than these are counted, not printed; residuals.json has all.
-const REMARKS_OF_A_KIND: usize = 6;
 
 /// What was compared, how, and how far off the simulation is.
 pub(super) fn report(
@@ -46,7 +44,8 @@ pub(super) fn report(
         "Vertical force, whole flights held out",
         Part::list(held_out),
     );
-    report.section("Remarks", Part::list(remarks(printed)));
+    let remarks = sentences(&printed.remarks, "residuals.json");
+    report.section("Remarks", Part::list(remarks));
     report
 }
 
@@ -152,23 +151,4 @@ fn by_region(regions: &[Region]) -> Part {
     }
     let headings = " | samples | bias | rms | recorded rms | rms / accuracy";
     Part::table("lrrrrr", headings, rows)
-}
-
-/// Every remark with its recording; of many of a kind the first few and a count.
-fn remarks(printed: &Printed) -> Vec<String> {
-    let mut found: Vec<&RemarkOf> = printed.remarks.iter().collect();
-    found.sort_by_key(|of| of.remark.kind);
-    let mut sentences = Vec::new();
-    for of_kind in found.chunk_by(|a, b| a.remark.kind == b.remark.kind) {
-        for RemarkOf { recording, remark } in of_kind.iter().take(REMARKS_OF_A_KIND) {
-            let subject = remark.subject.iter().map(|subject| format!(", {subject}"));
-            let subject: String = subject.collect();
-            sentences.push(format!("{recording}{subject}: {}", remark.message));
-        }
-        if of_kind.len() > REMARKS_OF_A_KIND {
-            let more = of_kind.len() - REMARKS_OF_A_KIND;
-            sentences.push(format!("and {more} more of the kind, see residuals.json"));
-        }
-    }
-    sentences
 }
