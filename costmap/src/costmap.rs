@@ -19,6 +19,11 @@ use crate::wake::surfaces::BlockingSurfaces;
 /// typical one.
 const PART_TICKS: u32 = 200;
 
+/// Share of a budget that those who are planned first leave to those who come later: chosen here,
+/// most of those who are in the way of a sum would add less than a twentieth to it. Without it a
+/// hall of 1 000 is not planned one after another.
+const SPARE: f64 = 0.05;
+
 /// The legs of a fleet, and what another leg would mean to them.
 #[derive(Clone, Debug)]
 pub struct Costmap {
@@ -208,6 +213,7 @@ impl Costmap {
         let Some(first) = legs.first() else { return };
         let drone = first.drone;
         self.remove(drone);
+        self.timeline.forget_all_met();
         let last = legs.iter().map(|leg| {
             let last = match leg.end {
                 Tick::FOREVER => leg.start,
@@ -298,11 +304,11 @@ impl Costmap {
 
     /// Takes back all that a drone has reserved.
     pub fn remove(&mut self, drone: DroneId) {
-        self.timeline.forget_all_met();
         let legs = std::mem::take(&mut self.legs[drone.0 as usize]);
         let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
             return;
         };
+        self.timeline.forget_all_met();
         let mut loaded = Vec::new();
         for &index in self.timeline.of(drone) {
             self.close_to(&self.timeline.item(index).leg, |other, item| {
@@ -347,25 +353,27 @@ impl Costmap {
     /// Judges a leg against all legs near and the zones.
     pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         self.judge_parts(leg, verdict, |part, verdict| {
-            self.judge_fully(part, verdict)
+            self.judge_fully(part, self.budget, verdict)
         });
     }
 
     /// The same in a tenth of the time: by bounds for those who are not close, and without a look
     /// at what the leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is
-    /// known.
-    pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
+    /// known. Where it is asked to, it leaves a part of the budget to drones that come later.
+    pub fn judge_nearby(&self, leg: &Leg, spares: bool, verdict: &mut Verdict) {
+        let spare = if spares && !leg.stays() { SPARE } else { 0.0 };
+        let budget = (f64::from(self.budget) * (1.0 - spare)) as u32;
         self.judge_parts(leg, verdict, |part, verdict| {
             let before = (verdict.blockers.len(), verdict.price_s);
             let enough = [false, true].into_iter().any(|exactly| {
                 verdict.blockers.truncate(before.0);
                 verdict.price_s = before.1;
-                self.judge_close(part, exactly, verdict)
+                self.judge_close(part, (exactly, budget), verdict)
             });
             if !enough {
                 verdict.blockers.truncate(before.0);
                 verdict.price_s = before.1;
-                self.judge_fully(part, verdict);
+                self.judge_fully(part, budget, verdict);
             }
         });
     }
@@ -409,7 +417,7 @@ impl Costmap {
                 let meeting = self.fleet.meet(part, &item.leg, ends);
                 let load = meeting.map_or(0, |meeting| meeting.load_on_second);
                 let time = self.fleet.exposed_during(&item.leg, part);
-                if load > 0 && !self.bears(item, &time, load) {
+                if load > 0 && !self.bears(item, &time, (load, self.budget)) {
                     return false;
                 }
             }
@@ -428,8 +436,14 @@ impl Costmap {
     }
 
     /// Whether a planned leg bears this much more during a time.
-    fn bears(&self, item: &Item, time: &Range<Tick>, load: u32) -> bool {
-        let (budget, load) = (u64::from(self.budget), u64::from(load));
+    fn bears(&self, item: &Item, time: &Range<Tick>, (load, budget): (u32, u32)) -> bool {
+        // What is less than the rest may have it.
+        let budget = if load > self.budget - budget {
+            budget
+        } else {
+            self.budget
+        };
+        let (budget, load) = (u64::from(budget), u64::from(load));
         let far_wakes = &self.far_wakes;
         item.peak + far_wakes.worst(self.timeline.ground(), &item.footprint) + load <= budget
             || {
@@ -458,7 +472,12 @@ impl Costmap {
 
     /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do:
     /// `exactly` they serve for none that is close.
-    fn judge_close(&self, part: &Leg, exactly: bool, verdict: &mut Verdict) -> bool {
+    fn judge_close(
+        &self,
+        part: &Leg,
+        (exactly, budget): (bool, u32),
+        verdict: &mut Verdict,
+    ) -> bool {
         let own = Footprint::around(part, 0.0);
         let mut own_end_z_m = None;
         let mut met = std::mem::take(&mut verdict.met);
@@ -469,7 +488,7 @@ impl Costmap {
             let tight = exactly || gap_m < self.fleet.tight_m(mine, theirs);
             let load = if tight || !self.bears_easily(part, &own, item) {
                 let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
-                self.judge_one(part, end_z_m, item, verdict)
+                self.judge_one((part, budget), end_z_m, item, verdict)
             } else if part.flying && item.leg.flying {
                 self.fleet.far_load(theirs, mine, gap_m)
             } else {
@@ -488,8 +507,8 @@ impl Costmap {
             let weak = self.far_wakes.on(ground, &own, part.start, part.end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
-            all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
-                || self.block_sums(part, weak, false, &met, verdict)
+            all.sum::<u64>() + u64::from(weak) <= u64::from(budget)
+                || self.block_sums(part, [weak, budget], false, &met, verdict)
         };
         verdict.met = met;
         enough
@@ -500,7 +519,7 @@ impl Costmap {
     fn block_sums(
         &self,
         part: &Leg,
-        weak: u32,
+        [weak, budget]: [u32; 2],
         must: bool,
         met: &[(Incoming, [Tick; 2])],
         verdict: &mut Verdict,
@@ -510,7 +529,7 @@ impl Costmap {
             let lasts = |it: &Incoming| it.start <= moment && moment < it.end;
             let together = || met.iter().filter(|(it, _)| lasts(it));
             let sum: u64 = together().map(|(it, _)| u64::from(it.load)).sum();
-            if sum + u64::from(weak) <= u64::from(self.budget) {
+            if sum + u64::from(weak) <= u64::from(budget) {
                 continue;
             }
             let mut loads: Vec<(u32, Blocker)> = Vec::new();
@@ -524,20 +543,26 @@ impl Costmap {
                 greatest_of_each(&mut loads, it.load, blocker);
             }
             let sum: u64 = loads.iter().map(|(load, _)| u64::from(*load)).sum();
-            if sum + u64::from(weak) <= u64::from(self.budget) {
+            if sum + u64::from(weak) <= u64::from(budget) {
                 continue;
             }
             if !must {
                 return false;
             }
             loads.sort_by_key(|(_, blocker)| (blocker.drone, blocker.began));
-            block_largest(&mut loads, weak.min(self.budget), self.budget, verdict);
+            block_largest(&mut loads, weak.min(budget), budget, verdict);
         }
         true
     }
 
     /// Judges against one other; what it brings unless it forbids the leg.
-    fn judge_one(&self, part: &Leg, own_end_z_m: f64, item: &Item, verdict: &mut Verdict) -> u32 {
+    fn judge_one(
+        &self,
+        (part, budget): (&Leg, u32),
+        own_end_z_m: f64,
+        item: &Item,
+        verdict: &mut Verdict,
+    ) -> u32 {
         let ends = [own_end_z_m, item.wake_end_z_m];
         let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
             return 0;
@@ -549,7 +574,9 @@ impl Costmap {
             Some(Why::Column)
         } else if meeting.load_on_first > self.budget {
             Some(Why::OwnLimit)
-        } else if meeting.load_on_second > 0 && !self.bears(item, &theirs, meeting.load_on_second) {
+        } else if meeting.load_on_second > 0
+            && !self.bears(item, &theirs, (meeting.load_on_second, budget))
+        {
             Some(Why::TheirLimit)
         } else {
             None
@@ -570,11 +597,11 @@ impl Costmap {
     }
 
     /// Looks at all legs near, and sums what lasts together.
-    fn judge_fully(&self, part: &Leg, verdict: &mut Verdict) {
+    fn judge_fully(&self, part: &Leg, budget: u32, verdict: &mut Verdict) {
         let end_z_m = self.wake_end_z_m(part);
         let mut met = Vec::new();
         for item in self.near(part) {
-            let load = self.judge_one(part, end_z_m, item, verdict);
+            let load = self.judge_one((part, budget), end_z_m, item, verdict);
             if load > 0 {
                 met.push((
                     self.incoming(part, &item.leg, load),
@@ -582,7 +609,7 @@ impl Costmap {
                 ));
             }
         }
-        self.block_sums(part, 0, true, &met, verdict);
+        self.block_sums(part, [0, budget], true, &met, verdict);
     }
 
     /// How much earlier or later one drone may be, seen from another (ticks).

@@ -138,3 +138,20 @@ fn the_table_in_the_docs_has_the_columns_that_are_printed() {
         "print it again, by `plan bench`: {head}"
     );
 }
+
+/// Where one drone after another finds no path any more the whole fleet moves step by step, at
+/// several times the sum of the drones' own times.
+#[cfg(feature = "long")]
+#[test]
+fn a_thousand_drones_are_planned_one_after_another_at_little_above_their_own_times() {
+    let command = "hall warehouse --drones 1000 --seeds 1 --format json";
+    let (code, printed, stderr) = bench(&command.split(' ').collect::<Vec<_>>());
+    assert_eq!(code, 0, "{stderr}");
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    for row in printed["rows"].as_array().unwrap() {
+        let figures = &row["runs"][0]["figures"];
+        let ratio = figures["sum_of_arrivals_s"].as_f64().unwrap()
+            / figures["sum_alone_s"].as_f64().unwrap();
+        assert!(ratio < 1.15, "{}: {ratio}", row["place"]);
+    }
+}

@@ -158,7 +158,7 @@ fn what_a_look_nearby_allows_a_full_one_allows_if_it_is_borne() {
                 .flat_map(|leg| parts(&leg).collect::<Vec<_>>())
             {
                 let (mut nearby, mut full) = (Verdict::default(), Verdict::default());
-                costmap.judge_nearby(&leg, &mut nearby);
+                costmap.judge_nearby(&leg, false, &mut nearby);
                 costmap.judge(&leg, &mut full);
                 let allows = nearby.blockers.is_empty() && costmap.is_borne(&[leg]);
                 assert!(!allows || full.blockers.is_empty(), "{leg:?} {full:?}");

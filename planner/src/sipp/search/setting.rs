@@ -161,12 +161,13 @@ impl<'a> Setting<'a> {
     }
 
     /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it
-    /// is careful.
+    /// is careful. Where tables answer, something is left to drones that are planned later.
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);
         } else {
-            self.costmap.judge_nearby(leg, verdict);
+            let spares = self.reservations.is_some();
+            self.costmap.judge_nearby(leg, spares, verdict);
         }
     }
 }
