@@ -361,8 +361,7 @@ impl Costmap {
     /// at what the leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is
     /// known. Where it is asked to, it leaves a part of the budget to drones that come later.
     pub fn judge_nearby(&self, leg: &Leg, spares: bool, verdict: &mut Verdict) {
-        let spare = if spares && !leg.stays() { SPARE } else { 0.0 };
-        let budget = (f64::from(self.budget) * (1.0 - spare)) as u32;
+        let budget = self.budget_of(leg, spares);
         self.judge_parts(leg, verdict, |part, verdict| {
             let before = (verdict.blockers.len(), verdict.price_s);
             let enough = [false, true].into_iter().any(|exactly| {
@@ -376,6 +375,12 @@ impl Costmap {
                 self.judge_fully(part, budget, verdict);
             }
         });
+    }
+
+    /// What a leg may fill of the budgets of others.
+    fn budget_of(&self, leg: &Leg, spares: bool) -> u32 {
+        let spare = if spares && !leg.stays() { SPARE } else { 0.0 };
+        (f64::from(self.budget) * (1.0 - spare)) as u32
     }
 
     fn judge_parts(&self, leg: &Leg, verdict: &mut Verdict, judge: impl Fn(&Leg, &mut Verdict)) {
@@ -423,6 +428,25 @@ impl Costmap {
             }
         }
         true
+    }
+
+    /// Adds whether one drone is in the way of a leg, with all that it has met so far.
+    pub fn judge_against(&self, drone: DroneId, leg: &Leg, spares: bool, verdict: &mut Verdict) {
+        let (budget, price_s) = (self.budget_of(leg, spares), verdict.price_s);
+        for part in parts(leg) {
+            let own = Footprint::around(&part, 0.0);
+            let [since, until] = self.window(&part);
+            let items = self.timeline.of(drone);
+            let first = items.partition_point(|&it| self.timeline.item(it).leg.end <= since);
+            let lasting = items[first..].iter().map(|&item| self.timeline.item(item));
+            for item in lasting.take_while(|item| item.leg.start < until) {
+                if !self.bears_easily(&part, &own, item) {
+                    let end_z_m = self.wake_end_z_m(&part);
+                    self.judge_one((&part, budget), end_z_m, item, verdict);
+                }
+            }
+        }
+        verdict.price_s = price_s;
     }
 
     /// Whether a planned leg bears a part's wake, to judge by their distance alone.

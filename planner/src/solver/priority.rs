@@ -35,6 +35,9 @@ const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
 /// A search for smooth flights takes as many times as many states: chosen here, halls of 500 take
 /// twice, of 1000 three times as many.
 const SMOOTH_STATES: u64 = 3;
+/// The same where air takes time: chosen here, a hall of 1000 that is given up after less takes
+/// five times the sum of costs.
+const LATE_STATES: u64 = 4;
 /// States after which a plan that there may be is asked for, at least: chosen here, half a second
 /// of work, in which a small fleet is through but for its hardest cases.
 const FEWEST_EXPANSIONS: u64 = 100_000;
@@ -170,11 +173,12 @@ impl FleetProblem<'_> {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
             // Places are reached along several headings.
             let is_smooth = self.job.agents.iter().any(|it| it.smoothing.is_some());
-            let most = if is_smooth {
-                SMOOTH_STATES * most
-            } else {
-                most
+            let smooth = if is_smooth { SMOOTH_STATES } else { 1 };
+            let late = match self.costmap.lingers() > 0 {
+                true => LATE_STATES,
+                false => 1,
             };
+            let most = smooth * late * most;
             let share = match self.is_dear() {
                 true if order > 0 => UNTABULATED_STATES,
                 true => UNTABULATED_STATES / 4,

@@ -1,8 +1,8 @@
 //! What a search works on.
 
 use costmap::costmap::Costmap;
-use costmap::leg::{Leg, Tick};
-use costmap::verdict::{Blocker, Verdict};
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict, Why};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::graph::roadmap::{Roadmap, Vertex};
@@ -22,11 +22,20 @@ pub(crate) struct Refuted {
     steps: FxHashMap<(Vertex, Vertex), Vec<Blocker>>,
     /// Steps and stays that have to be judged in full.
     doubted: FxHashSet<(Vertex, Vertex)>,
+    /// Drones that bear no more at some time.
+    full: Vec<DroneId>,
 }
 
 impl Refuted {
     /// Adds what is against a leg between two places; `false` if that is known.
     pub(super) fn add(&mut self, ends: (Vertex, Vertex), leg: &Leg, against: &Verdict) -> bool {
+        let full = against
+            .blockers
+            .iter()
+            .filter(|it| it.why == Why::TheirLimit);
+        self.full.extend(full.map(|it| it.drone));
+        self.full.sort_unstable();
+        self.full.dedup();
         if leg.stays() || against.breaks_zone.is_some() {
             return self.doubted.insert(ends);
         }
@@ -53,6 +62,14 @@ impl Refuted {
     /// Whether a step or a stay has to be judged in full.
     pub(super) fn doubts(&self, ends: (Vertex, Vertex)) -> bool {
         self.doubted.contains(&ends)
+    }
+
+    /// Adds those who bear no more and would be loaded by a leg.
+    pub(super) fn add_full(&self, setting: &Setting<'_>, leg: &Leg, verdict: &mut Verdict) {
+        let spares = setting.reservations.is_some();
+        for &drone in &self.full {
+            (setting.costmap).judge_against(drone, leg, spares, verdict);
+        }
     }
 
     /// Adds who is in the way of a step that departs at a moment.

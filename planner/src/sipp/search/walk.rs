@@ -481,10 +481,14 @@ impl<'a> Search<'a> {
         may
     }
 
-    /// How fast a drone comes to a state (m/s).
+    /// How fast a drone came to a state's place (m/s).
     fn velocity_mps(&self, label: &Label) -> Vector3<f64> {
         let before = match label.step {
             Step::Start => self.begun_moving().copied(),
+            // It has not stood for T₁.
+            Step::Wait if label.heading != AT_REST => {
+                return self.velocity_mps(&self.labels[label.parent as usize]);
+            }
             _ => self.before(label),
         };
         before.map_or(Vector3::zeros(), |leg| leg.velocity_mps())
@@ -626,6 +630,9 @@ impl<'a> Search<'a> {
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
+                for leg in self.doing(from, label) {
+                    self.refuted.add_full(&self.setting, &leg, verdict);
+                }
             }
             Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
             Step::End => match self.agent.ending {
