@@ -52,7 +52,9 @@ pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>
         is_over: (flights().zip(&on_time))
             .map(|((_, flight), near)| exceeds(scene, near, flight))
             .collect(),
-        on_time: &on_time,
+        slices: (flights().zip(&on_time))
+            .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
+            .collect(),
     };
     let judged: Vec<(usize, Lateness)> = flights()
         .map(|(k, flight)| (flight.index, fleet.lateness(k)))
@@ -69,8 +71,8 @@ struct Fleet<'a> {
     scene: &'a Scene<'a>,
     /// The encounters of each whose clock differs from another's by up to [`LATEST_S`].
     near: &'a [Vec<Encounter>],
-    /// Those of each with all on time.
-    on_time: &'a [Vec<Encounter>],
+    /// The flight of each in slices, with those near it on time.
+    slices: Vec<Vec<Slice<'a>>>,
     /// Whether each exceeds its limit of air on time.
     is_over: Vec<bool>,
 }
@@ -120,28 +122,44 @@ impl Fleet<'_> {
                 within_reach_s(scene, receiver, together, (k, shift_s))
             }
         };
-        let ends = counts_s.first().zip(counts_s.last());
-        let Some((&(from_s, _), &(_, until_s))) = ends else {
+        if counts_s.is_empty() {
             return;
+        }
+        // Both are in order of time.
+        let counts = |(from_s, until_s): Span| {
+            let first = counts_s.partition_point(|it| it.1 <= from_s);
+            counts_s.get(first).is_some_and(|it| it.0 < until_s)
         };
-        let overlaps = |it: &Encounter| it.span_s.0 <= until_s && it.span_s.1 >= from_s;
-        let near = self.near[other].iter().copied().filter(overlaps);
-        let near: Vec<Encounter> = near.collect();
-        for slice in slices(scene, &near, receiver, f64::INFINITY) {
-            let meets = |span_s: &Span| span_s.0 < slice.span_s.1 && span_s.1 > slice.span_s.0;
-            if !counts_s.iter().any(meets) {
-                continue;
-            }
-            let on_time = slice.met.iter().filter(|&&from| {
-                let mut spans = with(self.on_time, other, from).iter().map(|it| it.span_s);
-                from != k && spans.any(|span_s| meets(&span_s))
-            });
+        for slice in self.slices[other].iter().filter(|it| counts(it.span_s)) {
+            let on_time = slice.met.iter().filter(|&&from| from != k);
             let on_time = on_time.map(|&from| Emitter::new(from, 1));
             let behind = std::iter::once(Emitter::new(k, 0));
             let shift_s = (-known.late_s, 0.0);
-            known.by_air(&slice, behind.chain(on_time).collect(), shift_s, receiver);
+            known.by_air(slice, behind.chain(on_time).collect(), shift_s, receiver);
         }
     }
+}
+
+/// A flight in slices wherever another is near it, of which those are told that are with all on
+/// time.
+fn sliced<'a>(
+    scene: &'a Scene<'a>,
+    near: &[Encounter],
+    on_time: &[Encounter],
+    flight: &'a Flight,
+) -> Vec<Slice<'a>> {
+    let mut slices = slices(scene, near, flight, f64::INFINITY);
+    for slice in &mut slices {
+        let (from_s, until_s) = slice.span_s;
+        let is_met = |other: &usize| {
+            let first = on_time.partition_point(|it| it.other < *other);
+            let mut same = on_time[first..].iter().take_while(|it| it.other == *other);
+            same.any(|it| it.span_s.0 < until_s && it.span_s.1 > from_s)
+        };
+        slice.met.retain(is_met);
+        slice.met.shrink_to_fit();
+    }
+    slices
 }
 
 /// The encounters of one flight with another.
