@@ -12,6 +12,7 @@ use crate::course::{self, Course};
 use crate::deviation::{self, Deviation};
 use crate::flown::Flown;
 use crate::frame::{Axes, Frame, Georeference, HEADING_DEFAULT_DEG};
+use crate::lights::Lights;
 use crate::read::{self, ReadError};
 use crate::write::{compressed, crazyswarm, czml, mcap, setpoints, skyb, skyc};
 
@@ -78,6 +79,8 @@ pub struct Options {
     pub own_origin: bool,
     /// The Crazyflie's compressed bytes without CSV.
     pub compressed_alone: bool,
+    /// Light programs of a show, by drone: Skybrush's formats keep them.
+    pub lights: BTreeMap<String, Lights>,
 }
 
 /// A file of an export.
@@ -274,6 +277,11 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         return Err(ExportError::Refused(written.refused));
     }
     written.lost.extend(lost(plan, &courses));
+    if to != Target::Skybrush && !options.lights.is_empty() {
+        written
+            .lost
+            .push("light programs: Skybrush's formats alone hold them".to_owned());
+    }
     let mut read = Vec::new();
     for (drone, (course, files)) in plan.drones.iter().zip(courses.iter().zip(&written.files)) {
         for file in files {
@@ -473,9 +481,13 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
             written.refuse(&course.name, what);
         }
         let comment = format!("{}/{}", options.plan_id, course.name);
-        match skyb::file(course, &comment) {
-            Ok(it) if it.body > skyb::MOST_BYTES || comment.len() > skyb::MOST_BYTES => {
-                let (count, most) = (it.body.max(comment.len()), skyb::MOST_BYTES);
+        let lights = options.lights.get(&course.name);
+        let other = lights
+            .map_or(0, |it| it.bytecode().len())
+            .max(comment.len());
+        match skyb::file(course, lights, &comment) {
+            Ok(it) if it.body.max(other) > skyb::MOST_BYTES => {
+                let (count, most) = (it.body.max(other), skyb::MOST_BYTES);
                 written.refuse(
                     &course.name,
                     format!("{count} bytes, a .skyb's block takes {most}"),
@@ -502,6 +514,7 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
         plan,
         plan_id: &options.plan_id,
         georeference: options.georeference,
+        lights: &options.lights,
     };
     written.of_all.push(File {
         name: "show.skyc".to_owned(),
@@ -513,7 +526,16 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
             "places of a .skyb are whole multiples of up to {unit_mm} mm"
         ));
     }
-    lost("no light program");
+    let dark = courses
+        .iter()
+        .filter(|it| !options.lights.contains_key(&it.name));
+    match dark.count() {
+        0 => {}
+        all if all == courses.len() => lost("no light program"),
+        some => lost(&format!(
+            "no light programs of {some} of the drones: the show has none"
+        )),
+    }
     if options.georeference.is_none() {
         lost("no --georeference: the show is an indoor one");
     }

@@ -72,6 +72,15 @@ impl Flown {
         }
     }
 
+    /// [`Flown::through`], of a single place a second of standing there.
+    #[must_use]
+    pub fn through_any(mut points: Vec<(f64, Point3<f64>)>) -> Flown {
+        if let [(t_s, at_m)] = points[..] {
+            points.push((t_s + 1.0, at_m));
+        }
+        Flown::through(&points)
+    }
+
     /// Place at a time (s; m), held before its first span and after its last; `None`: it has none.
     #[must_use]
     pub fn at_m(&self, t_s: f64) -> Option<Point3<f64>> {

@@ -16,7 +16,10 @@ pub mod deviation;
 pub mod export;
 pub mod flown;
 pub mod frame;
+pub mod import;
+pub mod lights;
 pub mod read;
 pub mod write;
 
 pub use export::{Export, ExportError, File, Manifest, Options, Refusal, Target, export};
+pub use import::{Show, ShowError, read_show};

@@ -5,6 +5,7 @@ pub mod czml;
 pub mod mcap;
 pub mod setpoints;
 pub mod skyb;
+pub mod skybrush_csv;
 pub mod skyc;
 pub mod uav_trajectory;
 
@@ -40,17 +41,17 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    fn line(line: u64, what: impl Into<String>) -> ReadError {
+    pub(crate) fn line(line: u64, what: impl Into<String>) -> ReadError {
         let what = what.into();
         ReadError::Line { line, what }
     }
 
-    fn within(place: &str, what: impl Into<String>) -> ReadError {
+    pub(crate) fn within(place: &str, what: impl Into<String>) -> ReadError {
         let (place, what) = (place.to_owned(), what.into());
         ReadError::Within { place, what }
     }
 
-    fn byte(at: usize, what: impl Into<String>) -> ReadError {
+    pub(crate) fn byte(at: usize, what: impl Into<String>) -> ReadError {
         let what = what.into();
         ReadError::Byte { at, what }
     }

@@ -9,6 +9,7 @@ use zip::ZipArchive;
 
 use super::ReadError;
 use crate::flown::{Flown, Span, powers};
+use crate::lights::Lights;
 
 /// Most bytes of one file in the zip, unpacked: chosen here, a show of 5000 drones in one.
 const MOST_BYTES: u64 = 200 << 20;
@@ -20,6 +21,8 @@ pub struct Performer {
     pub name: String,
     /// What it flies; before its take-off it stands at its first point.
     pub flown: Flown,
+    /// Its light program.
+    pub lights: Option<Lights>,
 }
 
 /// A drone's entry.
@@ -33,6 +36,8 @@ struct Settings {
     #[serde(default)]
     name: Option<String>,
     trajectory: Trajectory,
+    #[serde(default)]
+    lights: Option<Value>,
 }
 
 #[derive(Deserialize)]
@@ -63,22 +68,34 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Performer>, ReadError> {
     let mut performers = Vec::with_capacity(drones.len());
     for (k, drone) in drones.iter().enumerate() {
         let mut drone = drone.clone();
-        let path = format!("swarm.drones[{k}].settings.trajectory");
-        let trajectory = &mut drone["settings"]["trajectory"];
-        let referred = trajectory["$ref"].as_str().map(str::to_owned);
-        let mut within = format!("show.json, {path}");
-        if let Some(referred) = referred {
+        let mut place = |key: &str| -> Result<String, ReadError> {
+            let Some(value) = drone.get_mut("settings").and_then(|it| it.get_mut(key)) else {
+                return Ok(format!("show.json, swarm.drones[{k}].settings"));
+            };
+            let Some(referred) = value["$ref"].as_str() else {
+                return Ok(format!("show.json, swarm.drones[{k}].settings.{key}"));
+            };
             let name = referred.split('#').next().unwrap_or_default();
-            let name = name.trim_start_matches("./");
-            *trajectory = json(&mut zip, name)?;
-            within = name.to_owned();
-        }
+            let name = name.trim_start_matches("./").to_owned();
+            *value = json(&mut zip, &name)?;
+            Ok(name)
+        };
+        let (within, lit_within) = (place("trajectory")?, place("lights")?);
         let entry: Entry = serde_json::from_value(drone)
             .map_err(|error| ReadError::within(&within, error.to_string()))?;
-        let Settings { name, trajectory } = entry.settings;
+        let Settings {
+            name,
+            trajectory,
+            lights,
+        } = entry.settings;
+        let lights = lights
+            .filter(|it| !it.is_null())
+            .map(Lights::of)
+            .transpose();
         performers.push(Performer {
             name: name.unwrap_or_else(|| format!("drone-{}", k + 1)),
             flown: flown(&trajectory).map_err(|what| ReadError::within(&within, what))?,
+            lights: lights.map_err(|what| ReadError::within(&lit_within, what))?,
         });
     }
     Ok(performers)

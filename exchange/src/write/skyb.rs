@@ -1,5 +1,5 @@
-//! Skybrush's binary show file of one drone (`.skyb`, version 2): a trajectory and a comment, with
-//! a checksum.
+//! Skybrush's binary show file of one drone (`.skyb`, version 2): a trajectory, a light program
+//! where there is one, and a comment, with a checksum.
 //!
 //! The layout is that of `src/formats/binary.c` in skybrush-io/libskybrush: `skyb`, version 2,
 //! features (1: checksum), the checksum (u32), then blocks of a type, a length (u16) and a body,
@@ -7,6 +7,7 @@
 
 use super::compressed::{self, OutOfRange};
 use crate::course::Course;
+use crate::lights::Lights;
 
 /// Largest unit (mm): seven bits of a byte.
 const MOST_UNIT_MM: u32 = 127;
@@ -24,12 +25,12 @@ pub struct Skyb {
     pub unit_mm: u32,
 }
 
-/// One drone with a comment.
+/// One drone with its light program and a comment.
 ///
 /// # Errors
 ///
 /// A coordinate is out of range at the largest unit.
-pub fn file(course: &Course, comment: &str) -> Result<Skyb, OutOfRange> {
+pub fn file(course: &Course, lights: Option<&Lights>, comment: &str) -> Result<Skyb, OutOfRange> {
     let reach_mm = (compressed::farthest_m(course) * 1000.0).ceil();
     let unit_mm = ((reach_mm + 1.0) / 32_768.0)
         .ceil()
@@ -44,6 +45,9 @@ pub fn file(course: &Course, comment: &str) -> Result<Skyb, OutOfRange> {
         parts.iter().for_each(|it| bytes.extend(*it));
     };
     block(1, [&[unit_mm as u8], &pieces.bytes]);
+    if let Some(lights) = lights {
+        block(2, [lights.bytecode(), &[]]);
+    }
     block(3, [comment.as_bytes(), &[]]);
     // Initial value 0 and no final inversion, where crc32fast inverts both.
     let mut hasher = crc32fast::Hasher::new_with_initial(u32::MAX);

@@ -4,6 +4,7 @@
 //! west,
 //! z up, turned by `orientation`: the world's own axes.
 
+use std::collections::BTreeMap;
 use std::io::{Cursor, Error};
 
 use nalgebra::Point3;
@@ -15,6 +16,7 @@ use zip::write::SimpleFileOptions;
 
 use crate::course::Course;
 use crate::frame::Georeference;
+use crate::lights::Lights;
 
 /// Drones that Skybrush's loader takes.
 pub const MOST_DRONES: usize = 5000;
@@ -28,6 +30,8 @@ pub struct Show<'a> {
     pub plan_id: &'a str,
     /// Outdoors; `None`: indoors.
     pub georeference: Option<Georeference>,
+    /// Light programs, by drone.
+    pub lights: &'a BTreeMap<String, Lights>,
 }
 
 /// The file.
@@ -49,6 +53,10 @@ pub fn file(show: &Show<'_>, courses: &[Course]) -> ZipResult<Vec<u8>> {
             &format!("drones/drone_{:04}/trajectory.json", k + 1),
             &trajectory(course),
         )?;
+        if let Some(lights) = show.lights.get(&course.name) {
+            let name = format!("drones/drone_{:04}/lights.json", k + 1);
+            put(&name, lights.json())?;
+        }
     }
     Ok(zip.finish()?.into_inner())
 }
@@ -65,15 +73,17 @@ fn index(show: &Show<'_>, courses: &[Course]) -> Value {
             .last()
             .map_or(course.start_m(), |it| it.points_m[3]);
         let file = format!("./drones/drone_{:04}/trajectory.json#", k + 1);
-        json!({
-            "type": "generic",
-            "settings": {
-                "name": course.name,
-                "home": place(course.start_m()),
-                "landAt": place(end_m),
-                "trajectory": {"$ref": file},
-            },
-        })
+        let mut settings = json!({
+            "name": course.name,
+            "home": place(course.start_m()),
+            "landAt": place(end_m),
+            "trajectory": {"$ref": file},
+        });
+        if show.lights.contains_key(&course.name) {
+            let file = format!("./drones/drone_{:04}/lights.json#", k + 1);
+            settings["lights"] = json!({"$ref": file});
+        }
+        json!({"type": "generic", "settings": settings})
     });
     let environment = match show.georeference {
         None => json!({"type": "indoor"}),

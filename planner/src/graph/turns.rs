@@ -341,7 +341,7 @@ mod tests {
                 t_s: POINTS.iter().map(|it| Tick(it.0).seconds()).collect(),
                 position_m: POINTS.iter().map(|it| it.1.into()).collect(),
                 mass_kg: vec![1.0; POINTS.len()],
-                control_m: Vec::new(),
+                ..TrajectoryEntry::default()
             };
             let flown = smoothing.kernel.smooth(&path).expect("it begins at rest");
             let mut farthest_m = 0.0_f64;

@@ -91,6 +91,16 @@ pub struct Claims {
     air_delay: Option<IgnoredAny>,
 }
 
+impl Claims {
+    /// Of a file of so many drones that states no results.
+    pub(crate) fn of_none(drones: usize) -> Claims {
+        Claims {
+            drones: vec![DroneClaims::default(); drones],
+            ..Claims::default()
+        }
+    }
+}
+
 /// The results that a file states of one drone.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(default)]
@@ -174,6 +184,11 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
     } else if claims.margins.is_none() {
         remarks.push("no margins stated: judged as flown on time and on its paths".to_owned());
     }
+    let turns = plan.drones.iter().filter(|it| it.trajectory.turns_at_once);
+    if let some @ 1.. = turns.count() {
+        let what = "corners, acceleration and jerk of curves, and limits left out, are not judged";
+        remarks.push(format!("turns_at_once (of {some} in the fleet): {what}"));
+    }
     Ok(PlanFile {
         plan,
         claims,
@@ -250,6 +265,7 @@ impl Plan {
             if stated.air_limit.is_none() {
                 told("air_limit");
             }
+            let is_limited = is_limited && !drone.trajectory.turns_at_once;
             let left_out = stated.airframe.left_out.iter();
             let left_out = left_out.filter(|key| is_limited || !LIMITS.contains(key));
             left_out.for_each(|key| told(key));
@@ -277,7 +293,7 @@ impl Plan {
 
 /// When a drone is in the air that does not say so: from when it comes, or first moves where it
 /// starts landed, until it has landed or left.
-fn airborne_s(drone: &DronePlan, is_unplanned: bool) -> (f64, Option<f64>) {
+pub(crate) fn airborne_s(drone: &DronePlan, is_unplanned: bool) -> (f64, Option<f64>) {
     let comes_s = drone.enters_s.unwrap_or(0.0);
     let last_s = drone.trajectory.t_s.last().copied();
     let moves_s = Trajectory::new(&drone.trajectory, Tail::Gone)

@@ -516,6 +516,16 @@ pub struct TrajectoryEntry {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Vec<Vec<[f64; 3]>>")]
     pub control_m: Vec<Vec<Point3<f64>>>,
+    /// It says where the drone is to be and nothing of what it keeps, as files of other programs
+    /// do: it may turn in no time although it is curved, and limits that its airframe leaves out
+    /// are not filled in. Neither jumps of velocity nor acceleration and jerk are judged.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub turns_at_once: bool,
+}
+
+/// For what a file leaves out where it says nothing.
+fn is_false(it: &bool) -> bool {
+    !it
 }
 
 /// Where a drone is, and how it moves, at one time.
@@ -596,9 +606,21 @@ impl TrajectoryEntry {
         places_m
     }
 
-    /// Whether it is continuous up to acceleration, or claims to be.
+    /// The highest acceleration within its pieces (m/s²): at their ends, it is linear in each.
+    pub(crate) fn highest_acceleration_mps2(&self) -> f64 {
+        let motions = (0..self.t_s.len()).filter_map(|piece| self.motion(piece));
+        let ends = |it: Motion| [it.from_s, it.until_s].map(|t_s| it.acceleration_mps2(t_s).norm());
+        motions.flat_map(ends).fold(0.0, f64::max)
+    }
+
+    /// Whether it has curved pieces.
     pub fn is_smooth(&self) -> bool {
         !self.control_m.is_empty()
+    }
+
+    /// Whether it claims to be continuous up to acceleration.
+    pub fn claims_continuity(&self) -> bool {
+        self.is_smooth() && !self.turns_at_once
     }
 }
 

@@ -283,7 +283,7 @@ mod tests {
             t_s: points.iter().map(|it| it.0).collect(),
             position_m: points.iter().map(|it| it.1.into()).collect(),
             mass_kg: vec![1.0; points.len()],
-            control_m: Vec::new(),
+            ..TrajectoryEntry::default()
         }
     }
 

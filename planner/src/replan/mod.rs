@@ -79,6 +79,7 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
         position_m,
         mass_kg,
         control_m,
+        turns_at_once: _,
     } = &entry.trajectory;
     if let Some(mass_kg) = mass_kg.iter().find(|kg| **kg <= 0.0) {
         return Err(unusable(format!("its mass (kg) is {mass_kg}")));

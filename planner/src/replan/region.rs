@@ -71,7 +71,10 @@ pub fn plan_region(
     let curved = others.iter().zip(&all.drones[own..]);
     let curved = curved.filter(|(entry, _)| entry.trajectory.is_smooth());
     run.job.others_astray_m = curved
-        .map(|(_, drone)| curve_m(drone.vehicle.max_acceleration_mps2))
+        .map(|(entry, drone)| {
+            let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
+            curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2))
+        })
         .fold(0.0, f64::max);
     let costmap = run.job.costmap(&all, true, all.drones.len());
     let paths = run.paths(costmap, fixed);

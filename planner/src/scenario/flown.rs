@@ -14,17 +14,13 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use super::airframes::airframes;
-use super::fields::{Field, Reader, whole, within};
-use super::limits::{AIR_LIMIT, MASS_KG, PLACE_M};
+use super::Files;
+use super::fleet::{Members, read_fleet};
+use super::limits::{MASS_KG, PLACE_M};
 use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
-use super::places::{bounds, obstacle, zone};
-use super::problem::{Problem, Problems};
+use super::problem::Problems;
 use super::solid::Solids;
-use super::source::Value;
-use super::written::{self, At, Bounds, Written};
-use super::{Files, meaning, read};
-use crate::plan::file::PlanFile;
+use crate::plan::file::{Claims, PlanFile};
 use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, TrajectoryEntry};
 use crate::scenario::world::{Drone, World};
 
@@ -168,17 +164,8 @@ pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
 }
 
 /// The plan that samples are, judged like any other; what was assumed stands in
-/// [`PlanFile::remarks`]. `fleet` says which airframes were flown, and where:
-///
-/// ```ron
-/// Fleet(
-///     airframe: "crazyflie-2.1",                     // of every drone that `drones` does not list
-///     airframes: { "courier": (mass_kg: 1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45) },
-///     drones: [ (name: "c1", airframe: "courier", air_limit: 0.4) ],
-///     bounds_m: (min: (0, 0, 0), max: (30, 20, 8)),  // its lower face is the floor
-///     obstacles: [], zones: [], air: (),             // as in a scenario
-/// )
-/// ```
+/// [`PlanFile::remarks`]. `fleet` is the text of a file that says which airframes were flown, and
+/// where.
 ///
 /// # Errors
 ///
@@ -200,18 +187,16 @@ pub fn samples_as_plan(
     if let Some((drone, _)) = all.find(|(_, of_one)| out_of_order(of_one)) {
         return Err(FlownError::Samples(drone.clone()));
     }
-    let mut spoilt = Vec::new();
-    let (kinds, mut problems) = whole(fleet, |reader, value| fleet_of(reader, value, &mut spoilt));
-    let mut remarks = Vec::new();
-    let written = kinds.map(|kinds| kinds.written(name, samples, &mut problems, &mut remarks));
-    let world = written.map(|written| {
-        let (world, more) = meaning::world(&written, &spoilt, files);
-        problems.extend(more);
-        world
+    let firsts = samples.of.iter().map(|(name, of_one)| {
+        let first_m = of_one.first().map_or(Point3::origin(), |it| it.position_m);
+        (&name[..], first_m)
     });
-    let Some(world) = world.filter(|_| problems.is_empty()) else {
-        return Err(Problems(problems).into());
+    let members = Members {
+        of: "log",
+        firsts: firsts.collect(),
+        room_m: around(samples),
     };
+    let (world, mut remarks) = read_fleet(fleet).world(name, &members, files)?;
     let ends_s = samples
         .of
         .values()
@@ -225,153 +210,18 @@ pub fn samples_as_plan(
         let of_one = samples.of.get(&drone.name).map_or(&[][..], Vec::as_slice);
         flown((&world, &solids), drone, of_one, begins_s, &mut remarks)
     });
-    let drones = drones.collect();
+    let drones: Vec<DronePlan> = drones.collect();
     Ok(PlanFile {
+        claims: Claims::of_none(drones.len()),
         plan: Plan {
             // A log says where drones were, not what they kept.
             clearance_m: 0.0,
             margins: Margins::default(),
             ..world.plan_of(drones)
         },
-        claims: Default::default(),
         filled: Vec::new(),
         remarks,
     })
-}
-
-/// What the airframes' file says.
-struct Fleet {
-    bounds_m: Option<Bounds>,
-    air: written::Air,
-    obstacles: Vec<written::Obstacle>,
-    zones: Vec<written::Zone>,
-    airframes: BTreeMap<String, written::Airframe>,
-    /// Name, airframe, limit.
-    drones: Vec<(String, At<String>, Option<f64>)>,
-    /// Of the drones that are not listed.
-    airframe: Option<At<String>>,
-    /// The whole record.
-    at: std::ops::Range<usize>,
-}
-
-/// Reads the airframes' file.
-fn fleet_of<'t>(
-    reader: &mut Reader<'t>,
-    value: Value<'t>,
-    spoilt: &mut Vec<String>,
-) -> Option<Fleet> {
-    let mut record = reader.record(value, "Fleet", "the fleet".to_owned())?;
-    let bounds_m = record.optional(reader, "bounds_m", bounds);
-    let air = record.optional(reader, "air", read::air);
-    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, obstacle));
-    let obstacles = record.optional(reader, "obstacles", list);
-    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, zone));
-    let zones = record.optional(reader, "zones", list);
-    let airframes = record.optional(reader, "airframes", |reader, field| {
-        Some(airframes(reader, field, spoilt))
-    });
-    let airframe = record.optional(reader, "airframe", Reader::text);
-    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, drone));
-    let drones = record.optional(reader, "drones", list);
-    record.close(reader);
-    Some(Fleet {
-        bounds_m,
-        air: air.unwrap_or_default(),
-        obstacles: obstacles.unwrap_or_default(),
-        zones: zones.unwrap_or_default(),
-        airframes: airframes.unwrap_or_default(),
-        drones: drones.unwrap_or_default(),
-        airframe,
-        at: value.head(),
-    })
-}
-
-/// One drone of the airframes' file.
-fn drone<'t>(
-    reader: &mut Reader<'t>,
-    value: Value<'t>,
-    index: usize,
-) -> Option<(String, At<String>, Option<f64>)> {
-    let mut record = reader.named(value, "Drone", index)?;
-    let name = record.required(reader, "name", Reader::name);
-    let airframe = record.required(reader, "airframe", Reader::text);
-    let air_limit = record.optional(reader, "air_limit", within(&AIR_LIMIT));
-    record.close(reader);
-    Some((name?, airframe?, air_limit))
-}
-
-impl Fleet {
-    /// The scenario that these samples would have had, without tasks.
-    fn written(
-        self,
-        name: &str,
-        samples: &Samples,
-        problems: &mut Vec<Problem>,
-        remarks: &mut Vec<String>,
-    ) -> Written {
-        let mut drones = Vec::new();
-        for (name, of_one) in &samples.of {
-            let listed = self.drones.iter().find(|(known, _, _)| known == name);
-            let airframe = listed
-                .map(|(_, airframe, _)| airframe)
-                .or(self.airframe.as_ref());
-            let Some(airframe) = airframe.cloned() else {
-                let message = format!("drone `{name}` of the log has no airframe");
-                let help = format!(
-                    "drones: [(name: \"{name}\", airframe: ...)], or airframe: ... for all"
-                );
-                problems.push(Problem::at(&self.at, message).help(help));
-                continue;
-            };
-            drones.push(written::Drone {
-                name: name.clone(),
-                start_m: At {
-                    value: of_one.first().map_or(Point3::origin(), |it| it.position_m),
-                    at: airframe.at.clone(),
-                },
-                airframe,
-                at_start: AtStart::Hover,
-                tasks: Vec::new(),
-                at_end: AtEnd::Hover,
-                air_limit: listed.and_then(|(_, _, air_limit)| *air_limit),
-                is_whole: true,
-                // Where it was is judged, not refused.
-                has_start: false,
-            });
-        }
-        for (name, airframe, _) in &self.drones {
-            if !samples.of.contains_key(name) {
-                let message = format!("drone `{name}` is not in the log");
-                problems.push(Problem::at(&airframe.at, message));
-            }
-        }
-        let at = self.at.clone();
-        let bounds_m = self.bounds_m.unwrap_or_else(|| {
-            let (low, high) = around(samples);
-            remarks.push(format!(
-                "no bounds_m given: the floor is at z = {} m, all else is open",
-                low.z
-            ));
-            let place = |value| At {
-                value,
-                at: at.clone(),
-            };
-            Bounds {
-                min: place(low),
-                max: place(high),
-            }
-        });
-        Written {
-            name: name.to_owned(),
-            bounds_m,
-            air: self.air,
-            obstacles: self.obstacles,
-            zones: self.zones,
-            airframes: self.airframes,
-            drones,
-            planning: written::Planning::default(),
-        }
-    }
 }
 
 /// A box around all samples; its floor is at 0, or a metre below the lowest where that is below.
@@ -496,6 +346,7 @@ fn flown(
                 .iter()
                 .map(|it| it.mass_kg.unwrap_or(mass_kg))
                 .collect(),
+            turns_at_once: true,
             ..TrajectoryEntry::default()
         },
         ..DronePlan::default()

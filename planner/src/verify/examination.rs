@@ -140,6 +140,11 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let differences = differences.list;
     let (unplanned, untold) = (examined.unplanned.clone(), report.untold);
     let mut plan = judged(examined, report, unplanned);
+    let is_planned = |it: &&DronePlan| !plan.unplanned.iter().any(|un| un.name == it.name);
+    let arrivals = || plan.drones.iter().filter(is_planned).map(|it| it.arrives_s);
+    let (makespan_s, sum_s) = (arrivals().fold(0.0, f64::max), arrivals().sum());
+    plan.fleet.makespan_s = makespan_s;
+    plan.fleet.sum_of_arrivals_s = sum_s;
     for (drone, late) in plan.drones.iter_mut().zip(&late) {
         drone.may_be_late_s = late.as_ref().map(|it| it.late_s);
     }

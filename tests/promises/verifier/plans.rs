@@ -44,7 +44,7 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
             t_s: knots.iter().map(|knot| knot.0).collect(),
             position_m: knots.iter().map(|knot| Point3::from(knot.1)).collect(),
             mass_kg: vec![airframe.mass_kg; knots.len()],
-            control_m: Vec::new(),
+            ..TrajectoryEntry::default()
         },
         airframe,
         arrives_s: last_s,

@@ -378,7 +378,7 @@ fn flight(
         max_speed_mps: drone.airframe.max_speed_mps,
         body_radius_m: drone.airframe.body_radius_m,
         vertical_mps: [drone.airframe.max_climb_mps, drone.airframe.max_descent_mps],
-        smooth: drone.trajectory.is_smooth().then_some(Smooth {
+        smooth: drone.trajectory.claims_continuity().then_some(Smooth {
             acceleration_mps2: entry.max_acceleration_mps2,
             jerk_mps3: entry.max_jerk_mps3,
             rests: [drone.enters_s.is_none(), stays],

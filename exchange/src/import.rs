@@ -1,0 +1,696 @@
+//! Shows from other programs: files recognised and read, and what they say as trajectories that a
+//! plan can hold.
+//!
+//! A plan's pieces are straight or cubic. Polynomials of a higher degree are halved until a cubic
+//! with their places and velocities at both ends stays within [`WITHIN_M`] of them; straight pieces
+//! that go on as they were within that are one. Rows of a table that follow a curve at a rate are
+//! cubics through some of them, within [`ROWS_WITHIN_M`] of the straight pieces from row to row.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+use planner::plan::TrajectoryEntry;
+use planner::scenario::Intended;
+use serde_json::Value;
+use thiserror::Error;
+
+use crate::export::File;
+use crate::flown::{Flown, Span};
+use crate::frame::HEADING_DEFAULT_DEG;
+use crate::lights::Lights;
+use crate::read::{self, ReadError};
+
+/// How far what is judged may be from what a file says (m), chosen here: a fiftieth of the
+/// verifier's own tolerance at obstacles.
+pub const WITHIN_M: f64 = 1e-4;
+/// The same for rows of a table that follow a curve (m), chosen here: what is flown from one row to
+/// the next is not said to that; at 20 rows a second and 4 m/s² a chord is 1.2 mm off its arc.
+pub const ROWS_WITHIN_M: f64 = 2e-3;
+/// Rows farther apart than this are no curve at a rate (s), chosen here.
+const ROWS_APART_S: f64 = 0.15;
+/// Most rows in one cubic: chosen here, several seconds.
+const MOST_ROWS: usize = 128;
+/// Ends of pieces this near to where the next begins are one place, rounded (m): chosen here, half
+/// a millimetre by a file's rounding at each.
+const JOINED_M: f64 = 1e-3;
+/// Parts of a length that are below any rounding (m).
+const NOTHING_M: f64 = 1e-9;
+/// Halvings of a piece: chosen here, far more than any trajectory that can be flown takes.
+const MOST_HALVINGS: usize = 20;
+
+/// What files say of a show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Show {
+    /// In the order of the files.
+    pub drones: Vec<Intended>,
+    /// Light programs, by drone.
+    pub lights: BTreeMap<String, Lights>,
+    /// What was read, and how near to it what is judged is, as sentences.
+    pub remarks: Vec<String>,
+}
+
+/// Why a file is no show.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{file}: {error}")]
+pub struct ShowError {
+    /// Which file.
+    pub file: String,
+    /// What is wrong with it, at its place.
+    pub error: ReadError,
+}
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Skybrush's show file.
+    Skyc,
+    /// Skybrush's binary file of a drone.
+    Skyb,
+    /// The Crazyflie's compressed pieces.
+    Compressed,
+    /// A table of setpoints.
+    Setpoints,
+    /// A table of polynomials.
+    UavTrajectory,
+    /// A table of Skybrush Studio.
+    SkybrushCsv,
+}
+
+impl Kind {
+    fn as_str(self) -> &'static str {
+        match self {
+            Kind::Skyc => "a Skybrush show",
+            Kind::Skyb => "Skybrush's binary files",
+            Kind::Compressed => "compressed Crazyflie trajectories",
+            Kind::Setpoints => "setpoints",
+            Kind::UavTrajectory => "polynomials of uav_trajectories",
+            Kind::SkybrushCsv => "tables of Skybrush Studio",
+        }
+    }
+
+    /// By the ending of its name; of tables by their first line.
+    fn of(file: &File) -> Result<Kind, ReadError> {
+        let ending = file.name.rsplit('.').next().unwrap_or_default();
+        match ending.to_lowercase().as_str() {
+            "skyc" => return Ok(Kind::Skyc),
+            "skyb" => return Ok(Kind::Skyb),
+            "cfpoly" => return Ok(Kind::Compressed),
+            _ => {}
+        }
+        let text = text(file)?;
+        let header = text.lines().next().unwrap_or_default();
+        let first = header.split(',').next().unwrap_or_default().trim();
+        if first.eq_ignore_ascii_case("duration") {
+            return Ok(Kind::UavTrajectory);
+        }
+        if read::skybrush_csv::is_header(header) {
+            return Ok(Kind::SkybrushCsv);
+        }
+        if read::setpoints::axes(text).is_ok() {
+            return Ok(Kind::Setpoints);
+        }
+        let shown: String = header.chars().take(60).collect();
+        let what = format!(
+            "no table that is known begins `{shown}`. Known are: t_s,drone,x_m,y_m,z_m (a log); \
+             t_s,n_m,e_m,d_m (setpoints, NED); t_s,x_m,y_m,z_m (setpoints, z up); \
+             Duration,x^0,...,yaw^7 (uav_trajectories); Time_msec,X_m,Y_m,Z_m (Skybrush Studio)"
+        );
+        Err(ReadError::line(1, what))
+    }
+}
+
+fn text(file: &File) -> Result<&str, ReadError> {
+    std::str::from_utf8(&file.bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        ReadError::byte(at, "it is no text: not all of it is UTF-8")
+    })
+}
+
+/// Whether a table is a log of a flight: it names a drone in each row.
+#[must_use]
+pub fn is_log(text: &str) -> bool {
+    let rows = text.lines().filter(|it| !it.starts_with('#'));
+    let header = rows.map(str::trim).find(|it| !it.is_empty());
+    let mut columns = header.unwrap_or_default().split(',').map(str::trim);
+    columns.any(|it| it.eq_ignore_ascii_case("drone"))
+}
+
+/// What an `export.json` beside the files says of them.
+#[derive(Clone, Debug, Default)]
+struct Beside {
+    /// Of the world's +x (deg).
+    heading_deg: Option<f64>,
+    /// Names and first places (m) by file; the place where setpoints count from it.
+    drones: BTreeMap<String, (String, Option<Point3<f64>>)>,
+}
+
+impl Beside {
+    fn of(manifest: &str) -> Beside {
+        let manifest: Value = serde_json::from_str(manifest).unwrap_or_default();
+        let is_own = manifest["axes"]["origin"] == "own";
+        let mut beside = Beside {
+            heading_deg: manifest["axes"]["heading_deg"].as_f64(),
+            ..Beside::default()
+        };
+        for drone in manifest["drones"].as_array().into_iter().flatten() {
+            let Some(name) = drone["name"].as_str() else {
+                continue;
+            };
+            let start_m = [0, 1, 2].map(|axis| drone["start_m"][axis].as_f64());
+            let start_m = match start_m {
+                [Some(x), Some(y), Some(z)] if is_own => Some(Point3::new(x, y, z)),
+                _ => None,
+            };
+            let files = drone["files"].as_array().into_iter().flatten();
+            for file in files.filter_map(|it| it.as_str()) {
+                let of_file = (name.to_owned(), start_m);
+                beside.drones.insert(file.to_owned(), of_file);
+            }
+        }
+        beside
+    }
+}
+
+/// Reads the files of a show: one `.skyc`, or one table or binary file a drone, named as it.
+/// `manifest` is the text of an `export.json` beside them: it says what they count from.
+///
+/// # Errors
+///
+/// The first thing that is wrong, with its file and place.
+pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, ShowError> {
+    let beside = manifest.map(Beside::of).unwrap_or_default();
+    let mut show = Show::default();
+    let mut kinds: Vec<Kind> = Vec::new();
+    let mut nearness = Nearness::default();
+    for file in files {
+        let of_file = |error| ShowError {
+            file: file.name.clone(),
+            error,
+        };
+        let kind = Kind::of(file).map_err(of_file)?;
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+        for performer in read_file(kind, file, &beside).map_err(of_file)? {
+            let read::skyc::Performer {
+                name,
+                flown,
+                lights,
+            } = performer;
+            if show.drones.iter().any(|it| it.name == name) {
+                let what = format!("a second drone `{name}`");
+                return Err(of_file(ReadError::within("the show", what)));
+            }
+            if let Some(lights) = lights {
+                show.lights.insert(name.clone(), lights);
+            }
+            let trajectory = trajectory(&flown, &mut nearness);
+            show.drones.push(Intended { name, trajectory });
+        }
+    }
+    let kinds: Vec<&str> = kinds.into_iter().map(Kind::as_str).collect();
+    show.remarks
+        .push(format!("read as {}", kinds.join(" and ")));
+    if !show.lights.is_empty() {
+        let (lit, all) = (show.lights.len(), show.drones.len());
+        let what = format!("light programs of {lit} of {all} drones are kept, not judged");
+        show.remarks.push(what);
+    }
+    show.remarks.extend(nearness.told());
+    Ok(show)
+}
+
+/// The drones of one file.
+fn read_file(
+    kind: Kind,
+    file: &File,
+    beside: &Beside,
+) -> Result<Vec<read::skyc::Performer>, ReadError> {
+    let known = beside.drones.get(&file.name);
+    let flown = match kind {
+        Kind::Skyc => return read::skyc::read(&file.bytes),
+        Kind::Skyb => read::skyb::read(&file.bytes)?.0,
+        Kind::Compressed => read::compressed::read(&file.bytes, 0.001)?,
+        Kind::UavTrajectory => read::uav_trajectory::read(text(file)?)?,
+        Kind::SkybrushCsv => read::skybrush_csv::read(text(file)?)?,
+        Kind::Setpoints => {
+            let heading_deg = beside.heading_deg.unwrap_or(HEADING_DEFAULT_DEG);
+            let from_m = known.and_then(|it| it.1).unwrap_or(Point3::origin());
+            read::setpoints::read(text(file)?, heading_deg, from_m)?
+        }
+    };
+    if flown.spans.is_empty() {
+        return Err(ReadError::within("the file", "no trajectory in it"));
+    }
+    let stem = file.name.rsplit_once('.').map_or(&file.name[..], |it| it.0);
+    Ok(vec![read::skyc::Performer {
+        name: known.map_or_else(|| stem.to_owned(), |it| it.0.clone()),
+        flown,
+        lights: None,
+    }])
+}
+
+/// How near what is judged is to what the files say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Nearness {
+    /// Pieces of a degree above 3, and the cubics in their place.
+    higher: usize,
+    cubics: usize,
+    /// Straight pieces that go on in another.
+    joined: usize,
+    /// Straight pieces along a curve, and the cubics in their place.
+    rows: usize,
+    row_cubics: usize,
+    /// The farthest that the end of a piece was moved to where the next begins (m).
+    moved_m: f64,
+}
+
+impl Nearness {
+    fn told(&self) -> Vec<String> {
+        let mut told = Vec::new();
+        let within_mm = 1e3 * WITHIN_M;
+        if self.higher > 0 {
+            let (higher, cubics) = (self.higher, self.cubics);
+            told.push(format!(
+                "{higher} pieces of a degree above 3 are judged as {cubics} cubics within {within_mm} mm of them"
+            ));
+        }
+        if self.joined > 0 {
+            let joined = self.joined;
+            told.push(format!(
+                "{joined} straight pieces go on as the one before them, within {within_mm} mm"
+            ));
+        }
+        if self.rows > 0 {
+            let (rows, cubics, within_mm) = (self.rows, self.row_cubics, 1e3 * ROWS_WITHIN_M);
+            told.push(format!(
+                "{rows} straight pieces along curves are judged as {cubics} cubics within {within_mm} mm of them"
+            ));
+        }
+        if self.moved_m > 1e-6 {
+            let moved_mm = 1e3 * self.moved_m;
+            told.push(format!(
+                "ends of pieces are up to {moved_mm:.3} mm from where the next begins: taken as one place"
+            ));
+        }
+        told
+    }
+}
+
+/// A piece of what is judged.
+#[derive(Clone, Debug)]
+struct Part {
+    from_s: f64,
+    until_s: f64,
+    /// Bézier points (m): 2 of a straight piece, 4 of a cubic.
+    points_m: Vec<Point3<f64>>,
+}
+
+/// The trajectory of a drone, without masses.
+fn trajectory(flown: &Flown, nearness: &mut Nearness) -> TrajectoryEntry {
+    let mut parts: Vec<Part> = Vec::with_capacity(flown.spans.len());
+    for span in flown.spans.iter().filter(|it| it.until_s > it.from_s) {
+        parts_of(span, nearness, &mut parts);
+    }
+    let starts: Vec<Point3<f64>> = parts.iter().map(|it| it.points_m[0]).collect();
+    for (part, next_m) in parts.iter_mut().zip(starts.iter().skip(1)) {
+        if let Some(end_m) = part.points_m.last_mut() {
+            let apart_m = (*end_m - next_m).norm();
+            if apart_m <= JOINED_M {
+                nearness.moved_m = nearness.moved_m.max(apart_m);
+                *end_m = *next_m;
+            }
+        }
+    }
+    let parts = curved(thinned(parts, nearness), nearness);
+    let mut entry = TrajectoryEntry::default();
+    let is_curved = parts.iter().any(|it| it.points_m.len() > 2);
+    let mut push = |t_s: f64, at_m: Point3<f64>, bends_m: &[Point3<f64>]| {
+        if !entry.t_s.is_empty() && is_curved {
+            entry.control_m.push(bends_m.to_vec());
+        }
+        entry.t_s.push(t_s);
+        entry.position_m.push(at_m);
+    };
+    let mut now: Option<Point3<f64>> = None;
+    for Part {
+        from_s,
+        until_s,
+        points_m,
+    } in &parts
+    {
+        let [first_m, bends_m @ .., last_m] = &points_m[..] else {
+            continue;
+        };
+        if now != Some(*first_m) {
+            // Where it begins; else a jump, which is the verifier's to judge.
+            push(*from_s, *first_m, &[]);
+        }
+        push(*until_s, *last_m, bends_m);
+        now = Some(*last_m);
+    }
+    entry
+}
+
+/// Straight pieces that go on as the one before them within [`WITHIN_M`], made one: each axis by
+/// itself, so that the bound holds for all three together.
+fn thinned(parts: Vec<Part>, nearness: &mut Nearness) -> Vec<Part> {
+    let within_m = WITHIN_M / 3.0_f64.sqrt();
+    let mut kept: Vec<Part> = Vec::with_capacity(parts.len());
+    // Velocities with which the last kept piece stays near all that it stands for.
+    let mut range_mps = [(f64::NEG_INFINITY, f64::INFINITY); 3];
+    for part in parts {
+        let is_straight = part.points_m.len() == 2;
+        let last = kept.last_mut().filter(|last| {
+            let goes_on = last.points_m.len() == 2 && last.points_m[1] == part.points_m[0];
+            goes_on && is_straight && last.until_s == part.from_s
+        });
+        if let Some(last) = last {
+            let (from_m, to_m) = (last.points_m[0], part.points_m[1]);
+            let over_s = part.until_s - last.from_s;
+            let before_s = last.until_s - last.from_s;
+            // With the place that would be passed over.
+            let passed_m = last.points_m[1] - from_m;
+            let ranges = [0, 1, 2].map(|axis| {
+                let (low, high) = range_mps[axis];
+                let at_mps = passed_m[axis] / before_s;
+                let by_mps = within_m / before_s;
+                (low.max(at_mps - by_mps), high.min(at_mps + by_mps))
+            });
+            let velocity_mps = (to_m - from_m) / over_s;
+            let stays = |axis: usize| {
+                let (low, high) = ranges[axis];
+                (low..=high).contains(&velocity_mps[axis])
+            };
+            if (0..3).all(stays) {
+                range_mps = ranges;
+                last.until_s = part.until_s;
+                last.points_m[1] = to_m;
+                nearness.joined += 1;
+                continue;
+            }
+        }
+        range_mps = [(f64::NEG_INFINITY, f64::INFINITY); 3];
+        kept.push(part);
+    }
+    kept
+}
+
+/// Rows along a curve as cubics: as many at a time as stay within [`ROWS_WITHIN_M`] of the straight
+/// pieces, half of it at the rows and half of it between them.
+fn curved(parts: Vec<Part>, nearness: &mut Nearness) -> Vec<Part> {
+    let is_row =
+        |part: &Part| part.points_m.len() == 2 && part.until_s - part.from_s < ROWS_APART_S;
+    let mut kept: Vec<Part> = Vec::with_capacity(parts.len());
+    let mut now = 0;
+    while now < parts.len() {
+        let mut taken = None;
+        let mut count = 2;
+        while count <= MOST_ROWS
+            && let Some(rows) = parts.get(now..now + count)
+            && rows.iter().all(is_row)
+            && let Some(cubic) = through(&parts, (now, now + count))
+        {
+            taken = Some((count, cubic));
+            count *= 2;
+        }
+        let Some((count, cubic)) = taken else {
+            kept.push(parts[now].clone());
+            now += 1;
+            continue;
+        };
+        nearness.rows += count;
+        nearness.row_cubics += 1;
+        kept.push(cubic);
+        now += count;
+    }
+    kept
+}
+
+/// The cubic in place of some straight pieces, with the velocity at both ends of a parabola through
+/// the neighbours; `None`: it is too far from them.
+fn through(parts: &[Part], (first, end): (usize, usize)) -> Option<Part> {
+    let velocity_mps = |at: usize| {
+        let of = |part: &Part| {
+            let duration_s = part.until_s - part.from_s;
+            (
+                (part.points_m[part.points_m.len() - 1] - part.points_m[0]) / duration_s,
+                duration_s,
+            )
+        };
+        let is_near = |it: &&Part| it.points_m.len() == 2;
+        let before = at
+            .checked_sub(1)
+            .and_then(|it| parts.get(it))
+            .filter(is_near)
+            .map(of);
+        let after = parts.get(at).filter(is_near).map(of);
+        match (before, after) {
+            (Some((a, a_s)), Some((b, b_s))) => Some((a * b_s + b * a_s) / (a_s + b_s)),
+            (one, other) => one.or(other).map(|it| it.0),
+        }
+    };
+    let rows = &parts[first..end];
+    let (from_s, until_s) = (rows[0].from_s, rows[rows.len() - 1].until_s);
+    let third_s = (until_s - from_s) / 3.0;
+    let (a, d) = (rows[0].points_m[0], rows[rows.len() - 1].points_m[1]);
+    let points_m = [
+        a,
+        a + velocity_mps(first)? * third_s,
+        d - velocity_mps(end)? * third_s,
+        d,
+    ];
+    let at_m = |t_s: f64| {
+        let u = (t_s - from_s) / (until_s - from_s);
+        let between = |two: &[Point3<f64>]| two[0] + (two[1] - two[0]) * u;
+        let mut row = points_m.to_vec();
+        while row.len() > 1 {
+            row = row.windows(2).map(between).collect();
+        }
+        row[0]
+    };
+    let [b, c] = [points_m[1], points_m[2]];
+    let bends_m = [(c - b) - (b - a), (d - c) - (c - b)];
+    let bend_m = bends_m[0].norm().max(bends_m[1].norm());
+    // The second derivative is linear: its ends decide.
+    let most_mps2 = 6.0 * bend_m / (until_s - from_s).powi(2);
+    let fits = rows.iter().all(|row| {
+        let chord_m = most_mps2 * (row.until_s - row.from_s).powi(2) / 8.0;
+        let off_m = (at_m(row.until_s) - row.points_m[1]).norm();
+        chord_m <= 0.5 * ROWS_WITHIN_M && off_m <= 0.5 * ROWS_WITHIN_M
+    });
+    let points_m = points_m.to_vec();
+    fits.then_some(Part {
+        from_s,
+        until_s,
+        points_m,
+    })
+}
+
+/// A polynomial as straight and cubic pieces.
+fn parts_of(span: &Span, nearness: &mut Nearness, parts: &mut Vec<Part>) {
+    let duration_s = span.until_s - span.from_s;
+    // What a power adds at the end is the most it adds.
+    let adds = |axis: &Vec<f64>, power: usize| {
+        axis.get(power)
+            .map_or(0.0, |it| it.abs() * duration_s.powi(power as i32))
+    };
+    let most = span.axes.iter().map(Vec::len).max().unwrap_or(0);
+    let is_used = |power: &usize| span.axes.iter().any(|it| adds(it, *power) > NOTHING_M);
+    let degree = (2..most).rev().find(is_used).unwrap_or(1);
+    let points_m = bezier(span, degree.max(1), duration_s);
+    match degree {
+        1 => parts.push(Part {
+            from_s: span.from_s,
+            until_s: span.until_s,
+            points_m,
+        }),
+        2 | 3 => parts.push(Part {
+            from_s: span.from_s,
+            until_s: span.until_s,
+            points_m: elevated(&points_m, 3),
+        }),
+        _ => {
+            nearness.higher += 1;
+            let before = parts.len();
+            cubics((span.from_s, span.until_s), points_m, 0, parts);
+            nearness.cubics += parts.len() - before;
+        }
+    }
+}
+
+/// Bézier points of a polynomial over its duration (s).
+fn bezier(span: &Span, degree: usize, duration_s: f64) -> Vec<Point3<f64>> {
+    let choose = |n: usize, k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+    let point = |j: usize| {
+        let along = |axis: &Vec<f64>| {
+            let used = axis.iter().enumerate().take(j + 1);
+            let parts = used.map(|(i, a)| {
+                let share = choose(j, i) / choose(degree, i);
+                share * a * duration_s.powi(i as i32)
+            });
+            parts.sum()
+        };
+        let [x, y, z] = &span.axes;
+        Point3::new(along(x), along(y), along(z))
+    };
+    (0..=degree).map(point).collect()
+}
+
+/// The same curve by more Bézier points.
+fn elevated(points_m: &[Point3<f64>], degree: usize) -> Vec<Point3<f64>> {
+    let mut points_m = points_m.to_vec();
+    while points_m.len() <= degree {
+        let n = points_m.len();
+        let inner = (1..n).map(|k| {
+            let share = k as f64 / n as f64;
+            points_m[k] + (points_m[k - 1] - points_m[k]) * share
+        });
+        let inner: Vec<Point3<f64>> = inner.collect();
+        let ends_m = [points_m[0], points_m[n - 1]];
+        points_m = [&ends_m[..1], &inner, &ends_m[1..]].concat();
+    }
+    points_m
+}
+
+/// Cubics in place of a curve of a higher degree: it lies within the hull of its Bézier points, and
+/// so does its difference from a cubic.
+fn cubics(span_s: (f64, f64), points_m: Vec<Point3<f64>>, halvings: usize, parts: &mut Vec<Part>) {
+    let degree = points_m.len() - 1;
+    let (a, d) = (points_m[0], points_m[degree]);
+    let share = degree as f64 / 3.0;
+    let cubic = [
+        a,
+        a + (points_m[1] - a) * share,
+        d + (points_m[degree - 1] - d) * share,
+        d,
+    ];
+    let same = elevated(&cubic, degree);
+    let off_m = same.iter().zip(&points_m).map(|(a, b)| (a - b).norm());
+    if off_m.fold(0.0, f64::max) <= WITHIN_M || halvings == MOST_HALVINGS {
+        parts.push(Part {
+            from_s: span_s.0,
+            until_s: span_s.1,
+            points_m: cubic.to_vec(),
+        });
+        return;
+    }
+    // De Casteljau, at the middle.
+    let mut row = points_m;
+    let (mut first, mut second) = (vec![row[0]], vec![row[degree]]);
+    while row.len() > 1 {
+        row = row
+            .windows(2)
+            .map(|two| nalgebra::center(&two[0], &two[1]))
+            .collect();
+        first.push(row[0]);
+        second.push(row[row.len() - 1]);
+    }
+    second.reverse();
+    let middle_s = 0.5 * (span_s.0 + span_s.1);
+    cubics((span_s.0, middle_s), first, halvings + 1, parts);
+    cubics((middle_s, span_s.1), second, halvings + 1, parts);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(from_s: f64, until_s: f64, axes: [Vec<f64>; 3]) -> Span {
+        Span {
+            from_s,
+            until_s,
+            axes,
+        }
+    }
+
+    #[test]
+    fn polynomials_of_degree_seven_become_cubics_within_what_is_said() {
+        // From rest to rest over 2 s, 4 m along x (minimum snap), a cubic along y, nothing along z.
+        let s = 2.0_f64;
+        let snap = [35.0, -84.0, 70.0, -20.0];
+        let mut x = vec![0.0; 4];
+        x.extend((0..4).map(|k| 4.0 * snap[k] / s.powi(4 + k as i32)));
+        let flown = Flown {
+            spans: vec![
+                span(0.0, s, [x, vec![1.0, 0.0, 0.3, -0.1], vec![1.5]]),
+                span(s, 3.0, [vec![4.0], vec![1.4], vec![1.5]]),
+            ],
+        };
+        let mut nearness = Nearness::default();
+        let entry = trajectory(&flown, &mut nearness);
+        assert_eq!(nearness.higher, 1);
+        assert!((4..=32).contains(&nearness.cubics), "{nearness:?}");
+        assert_eq!(entry.control_m.len() + 1, entry.t_s.len());
+        assert!(entry.control_m.last().is_some_and(Vec::is_empty));
+        let mut farthest_m = 0.0_f64;
+        for k in 0..=3000 {
+            let t_s = f64::from(k) / 1000.0;
+            let (is, says) = (entry.position_m(t_s), flown.at_m(t_s));
+            let off_m = is.zip(says).map(|(is, says)| (is - says).norm());
+            farthest_m = farthest_m.max(off_m.expect("both have places"));
+        }
+        assert!((1e-7..=WITHIN_M).contains(&farthest_m), "{farthest_m}");
+    }
+
+    #[test]
+    fn straight_pieces_are_one_where_they_go_on_and_never_farther_off_than_is_said() {
+        // A circle of 1 m at 1 m/s with a straight run before it, ten places a second.
+        let at = |t_s: f64| match t_s < 5.0 {
+            true => Point3::new(1.0, t_s - 5.0, 2.0),
+            false => Point3::new((t_s - 5.0).cos(), (t_s - 5.0).sin(), 2.0),
+        };
+        let points: Vec<_> = (0..=110).map(|k| f64::from(k) / 10.0).collect();
+        let points: Vec<_> = points.into_iter().map(|t_s| (t_s, at(t_s))).collect();
+        let flown = Flown::through(&points);
+        let mut nearness = Nearness::default();
+        let entry = trajectory(&flown, &mut nearness);
+        assert!(entry.control_m.is_empty());
+        assert_eq!(entry.t_s.len(), 111 - nearness.joined);
+        assert!((49..60).contains(&nearness.joined), "{nearness:?}");
+        assert_eq!(nearness.rows, 0, "a chord of 0.1 s is 1.2 mm off the arc");
+        for k in 0..=11_000 {
+            let t_s = f64::from(k) / 1000.0;
+            let (is, says) = (entry.position_m(t_s), flown.at_m(t_s));
+            let off_m = is.zip(says).map(|(is, says)| (is - says).norm());
+            assert!(off_m.is_some_and(|it| it <= WITHIN_M + 1e-12), "{t_s}");
+        }
+    }
+
+    #[test]
+    fn rows_along_a_curve_are_cubics_within_what_is_said_and_corners_stay() {
+        // A circle of 1 m at 1 m/s, twenty places a second; at 6 s it turns back at once.
+        let at = |t_s: f64| {
+            let angle: f64 = if t_s < 6.0 { t_s } else { 12.0 - t_s };
+            Point3::new(angle.cos(), angle.sin(), 2.0 + 0.1 * angle)
+        };
+        let points = (0..=200).map(|k| f64::from(k) / 20.0);
+        let points: Vec<_> = points.map(|t_s| (t_s, at(t_s))).collect();
+        let flown = Flown::through(&points);
+        let mut nearness = Nearness::default();
+        let entry = trajectory(&flown, &mut nearness);
+        assert!(entry.t_s.len() < 40, "{nearness:?}");
+        for k in 0..=10_000 {
+            let t_s = f64::from(k) / 1000.0;
+            let (is, says) = (entry.position_m(t_s), flown.at_m(t_s));
+            let off_m = is.zip(says).map(|(is, says)| (is - says).norm());
+            assert!(
+                off_m.is_some_and(|it| it <= ROWS_WITHIN_M + WITHIN_M),
+                "{t_s}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_jump_stays_a_jump_and_rounding_does_not_become_one() {
+        let stands =
+            |from_s: f64, x_m: f64| span(from_s, from_s + 1.0, [vec![x_m], vec![], vec![]]);
+        for (apart_m, points) in [(0.0009, 3), (0.0011, 4)] {
+            let flown = Flown {
+                spans: vec![stands(0.0, 1.0), stands(1.0, 1.0 + apart_m)],
+            };
+            let entry = trajectory(&flown, &mut Nearness::default());
+            assert_eq!(entry.t_s.len(), points, "{entry:?}");
+        }
+    }
+}

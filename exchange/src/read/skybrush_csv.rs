@@ -1,0 +1,39 @@
+//! Tables of Skybrush Studio, one a drone: milliseconds, places, colours; straight from place to
+//! place.
+
+use nalgebra::Point3;
+
+use super::{ReadError, rows};
+use crate::flown::Flown;
+
+/// Whether a first line is that of such a table: its first cell alone says so, as Studio's own
+/// reader has it.
+#[must_use]
+pub fn is_header(line: &str) -> bool {
+    let first = line.split(',').next().unwrap_or_default().trim();
+    let first = first.to_lowercase();
+    first.starts_with("time_msec") || first.starts_with("time [msec]")
+}
+
+/// One drone: time (ms), x, y and z (m), and colours, which are left alone.
+///
+/// # Errors
+///
+/// The first thing that is wrong, at its line.
+pub fn read(text: &str) -> Result<Flown, ReadError> {
+    let columns = text.lines().next().unwrap_or_default().split(',').count();
+    if columns < 4 {
+        let what = format!("{columns} columns; Time_msec,X_m,Y_m,Z_m are needed");
+        return Err(ReadError::line(1, what));
+    }
+    let mut points: Vec<(f64, Point3<f64>)> = Vec::new();
+    for (line, row) in rows(text, columns)? {
+        let t_s = row[0] / 1000.0;
+        if points.last().is_some_and(|(before_s, _)| t_s <= *before_s) {
+            let what = format!("time does not go on: {} ms", row[0]);
+            return Err(ReadError::line(line, what));
+        }
+        points.push((t_s, Point3::new(row[1], row[2], row[3])));
+    }
+    Ok(Flown::through_any(points))
+}

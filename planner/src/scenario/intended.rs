@@ -1,0 +1,340 @@
+//! What a show or a table of setpoints wants to be flown, as a plan that can be judged: each
+//! drone's trajectory, and a few lines of RON that say which airframes they are.
+//!
+//! Such files say where drones are to be, and nothing of what they keep: speeds and corners are
+//! told, not judged, and no margins are taken to be kept. A drone that rests on the floor or on an
+//! obstacle at its first place starts landed, one that does at its last place lands there; one that
+//! is in the air at its last place hovers on.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+use super::Files;
+use super::fleet::{Members, read_fleet};
+use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
+use super::problem::Problems;
+use super::solid::Solids;
+use super::world::{Drone, World};
+use crate::plan::file::{Claims, PlanFile, airborne_s};
+use crate::plan::trajectory::{Motion, SAME_PLACE_M};
+use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, TrajectoryEntry};
+
+/// A place this far below the floor is a mistake in the file's axes (m), chosen here: pads are
+/// measured to a few centimetres.
+const BELOW_M: f64 = 0.05;
+/// A drone whose last place is this near to where it would rest has landed (m), as the verifier has
+/// it.
+const LANDED_M: f64 = 0.01;
+/// Room around all places where no bounds are given (m).
+const ROOM_M: f64 = 1.0;
+/// Changes of velocity in no time up to this are rounding in the file (m/s), chosen here: a
+/// millisecond in a tenth of a second at 2 m/s.
+const TOLD_TURN_MPS: f64 = 0.05;
+
+/// What one drone is to fly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Intended {
+    /// None twice.
+    pub name: String,
+    /// Rotor-plane centre, z up (m, s); without masses.
+    pub trajectory: TrajectoryEntry,
+}
+
+/// Why a show makes no plan.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum IntendedError {
+    /// No drone.
+    #[error("there are no drones in it")]
+    Empty,
+    /// Trajectories that are none.
+    #[error("`{drone}`: {why}")]
+    Trajectory {
+        /// Its name.
+        drone: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// Two of one name.
+    #[error("two drones are called `{0}`")]
+    Twice(String),
+    /// Under the floor: its axes are others than were thought.
+    #[error("`{drone}` is at z = {z_m:.2} m at {at_s:.2} s, below the floor (z = {floor_z_m} m)")]
+    BelowFloor {
+        /// Its name.
+        drone: String,
+        /// First found (s).
+        at_s: f64,
+        /// m.
+        z_m: f64,
+        /// m.
+        floor_z_m: f64,
+    },
+    /// What is wrong with the airframes' file.
+    #[error(transparent)]
+    Fleet(#[from] Problems),
+}
+
+/// The plan that a show is, judged like any other; what was assumed stands in
+/// [`PlanFile::remarks`]. `fleet` is the text of a file that says which airframes fly, and where;
+/// `origin_m` of a drone there is where the (0, 0, 0) of its own places lies.
+///
+/// # Errors
+///
+/// Everything that is wrong with `fleet`, each at its place in it; or the first drone that cannot
+/// be flown as it says.
+pub fn intended_as_plan(
+    name: &str,
+    drones: Vec<Intended>,
+    fleet: &str,
+    files: &Files<'_>,
+) -> Result<PlanFile, IntendedError> {
+    let fleet = read_fleet(fleet);
+    let mut drones = drones;
+    check(&drones)?;
+    for drone in &mut drones {
+        if let Some(origin_m) = fleet.origin_m(&drone.name) {
+            drone.move_by(origin_m.coords);
+        }
+    }
+    let mut remarks = drones_from_zero(&mut drones);
+    let floor_z_m = fleet.floor_z_m().unwrap_or(0.0);
+    let members = Members {
+        of: "show",
+        firsts: drones.iter().map(Intended::first).collect(),
+        room_m: around(&drones, floor_z_m),
+    };
+    let (world, more) = fleet.world(name, &members, files)?;
+    remarks.extend(more);
+    if let Some(below) = drones.iter().find_map(|it| it.below(floor_z_m)) {
+        return Err(below);
+    }
+    remarks.extend(told(&world, &drones));
+    let solids = Solids::new(&world.obstacles);
+    let flown = world.drones.iter().zip(drones);
+    let flown = flown.map(|(drone, intended)| plan_of(&world, &solids, drone, intended));
+    let flown: Vec<DronePlan> = flown.collect();
+    Ok(PlanFile {
+        claims: Claims::of_none(flown.len()),
+        plan: Plan {
+            // A show says where drones are to be, not what they keep.
+            clearance_m: 0.0,
+            margins: Margins::default(),
+            ..world.plan_of(flown)
+        },
+        filled: Vec::new(),
+        remarks,
+    })
+}
+
+/// What keeps a plan from being made at all.
+fn check(drones: &[Intended]) -> Result<(), IntendedError> {
+    let mut names: Vec<&str> = drones.iter().map(|it| &it.name[..]).collect();
+    names.sort_unstable();
+    if let Some(two) = names.windows(2).find(|two| two[0] == two[1]) {
+        return Err(IntendedError::Twice(two[0].to_owned()));
+    }
+    for drone in drones {
+        let entry = &drone.trajectory;
+        let wrong = |why: &str| IntendedError::Trajectory {
+            drone: drone.name.clone(),
+            why: why.to_owned(),
+        };
+        if entry.t_s.is_empty() || entry.t_s.len() != entry.position_m.len() {
+            return Err(wrong("it has no places, or not one for each time"));
+        }
+        let mut places_m = (entry.position_m.iter()).chain(entry.control_m.iter().flatten());
+        let is_finite = places_m.all(|at_m| at_m.iter().all(|it| it.is_finite()));
+        if !is_finite || !entry.t_s.iter().all(|it| it.is_finite()) {
+            return Err(wrong("not all of it is finite"));
+        }
+        if !entry.t_s.is_sorted() {
+            return Err(wrong("its time runs backwards"));
+        }
+    }
+    match drones.is_empty() {
+        true => Err(IntendedError::Empty),
+        false => Ok(()),
+    }
+}
+
+/// Lets the first of all begin at time 0.
+fn drones_from_zero(drones: &mut [Intended]) -> Vec<String> {
+    let begins_s = drones.iter().map(|it| it.trajectory.t_s[0]);
+    let begins_s = begins_s.fold(f64::INFINITY, f64::min);
+    if begins_s == 0.0 {
+        return Vec::new();
+    }
+    let times = drones.iter_mut().flat_map(|it| &mut it.trajectory.t_s);
+    times.for_each(|t_s| *t_s -= begins_s);
+    vec![format!("time 0 is {begins_s} s of the file")]
+}
+
+/// A box around all places, with room; its lower face is the floor, or lower where pads are.
+fn around(drones: &[Intended], floor_z_m: f64) -> (Point3<f64>, Point3<f64>) {
+    let places_m = drones.iter().flat_map(Intended::places_m);
+    let first_m = drones[0].trajectory.position_m[0];
+    let (low_m, high_m) = places_m.fold((first_m, first_m), |(low_m, high_m), it| {
+        (low_m.inf(it), high_m.sup(it))
+    });
+    let room_m = Vector3::repeat(ROOM_M);
+    let (mut min_m, max_m) = (low_m - room_m, high_m + room_m);
+    // In whole millimetres, and not by rounding.
+    min_m.z = match low_m.z < floor_z_m - SAME_PLACE_M {
+        true => (low_m.z * 1e3).floor() / 1e3,
+        false => floor_z_m,
+    };
+    (min_m, max_m)
+}
+
+impl Intended {
+    fn first(&self) -> (&str, Point3<f64>) {
+        (&self.name, self.trajectory.position_m[0])
+    }
+
+    /// Break points and control points: all that is flown lies in their hull.
+    fn places_m(&self) -> impl Iterator<Item = &Point3<f64>> {
+        let entry = &self.trajectory;
+        (entry.position_m.iter()).chain(entry.control_m.iter().flatten())
+    }
+
+    fn move_by(&mut self, by_m: Vector3<f64>) {
+        let entry = &mut self.trajectory;
+        let places_m = entry.position_m.iter_mut();
+        let places_m = places_m.chain(entry.control_m.iter_mut().flatten());
+        places_m.for_each(|it| *it += by_m);
+    }
+
+    fn motions(&self) -> impl DoubleEndedIterator<Item = Motion> {
+        (0..self.trajectory.t_s.len()).filter_map(|piece| self.trajectory.motion(piece))
+    }
+
+    /// That it goes below a floor (m).
+    fn below(&self, floor_z_m: f64) -> Option<IntendedError> {
+        let lowest_m = floor_z_m - BELOW_M;
+        let entry = &self.trajectory;
+        let points = entry.t_s.iter().zip(&entry.position_m);
+        let points = points.map(|(t_s, at_m)| (*t_s, at_m.z));
+        let bent = self.motions().filter(|it| !it.is_straight());
+        let between = bent.flat_map(|it| {
+            (1..16).map(move |k| {
+                let t_s = it.from_s + (it.until_s - it.from_s) * f64::from(k) / 16.0;
+                (t_s, it.at_m(t_s).z)
+            })
+        });
+        let below = points.chain(between).filter(|(_, z_m)| *z_m < lowest_m);
+        let (at_s, z_m) = below.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(IntendedError::BelowFloor {
+            drone: self.name.clone(),
+            at_s,
+            z_m,
+            floor_z_m,
+        })
+    }
+
+    /// Its highest speed (m/s), and when (s).
+    fn fastest(&self) -> (f64, f64) {
+        let mut fastest = (0.0, 0.0);
+        for motion in self.motions() {
+            if let Some(faster) = motion.highest_over(&|v| v.norm(), fastest.0) {
+                fastest = faster;
+            }
+        }
+        fastest
+    }
+
+    /// Its largest change of velocity in no time (m/s), and when (s).
+    fn sharpest(&self) -> (f64, f64) {
+        let motions: Vec<Motion> = self.motions().collect();
+        let turns = motions.windows(2).map(|two| {
+            let t_s = two[1].from_s;
+            let by_mps = two[1].velocity_mps(t_s) - two[0].velocity_mps(t_s);
+            (by_mps.norm(), t_s)
+        });
+        turns.fold((0.0, 0.0), |most, it| if it.0 > most.0 { it } else { most })
+    }
+}
+
+/// What is told and not judged: the drone that is fastest over its airframe's speed, and the
+/// sharpest corner.
+fn told(world: &World, drones: &[Intended]) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let fastest = world.drones.iter().zip(drones).map(|(drone, intended)| {
+        let (speed_mps, at_s) = intended.fastest();
+        (
+            speed_mps / drone.vehicle.max_speed_mps,
+            speed_mps,
+            at_s,
+            drone,
+        )
+    });
+    let fastest = fastest.max_by(|a, b| a.0.total_cmp(&b.0));
+    // By more than times that are whole milliseconds make of it.
+    if let Some((_, speed_mps, at_s, drone)) = fastest.filter(|it| it.0 > 1.01) {
+        let (name, most_mps) = (&drone.name, drone.vehicle.max_speed_mps);
+        let airframe = drone.vehicle.airframe.name();
+        remarks.push(format!(
+            "speeds are told, not judged: `{name}` flies {speed_mps:.2} m/s at {at_s:.2} s; `{airframe}` has max_speed_mps {most_mps}"
+        ));
+    }
+    let sharpest = drones.iter().map(|it| (it.sharpest(), &it.name));
+    let sharpest = sharpest.max_by(|a, b| a.0.0.total_cmp(&b.0.0));
+    if let Some(((by_mps, at_s), name)) = sharpest.filter(|it| it.0.0 > TOLD_TURN_MPS) {
+        remarks.push(format!(
+            "corners are told, not judged: `{name}` changes its velocity by {by_mps:.2} m/s in no time at {at_s:.2} s"
+        ));
+    }
+    remarks
+}
+
+/// One drone's part of the plan.
+fn plan_of(world: &World, solids: &Solids, drone: &Drone, intended: Intended) -> DronePlan {
+    let vehicle = &drone.vehicle;
+    let above_rest_m = |at_m: Point3<f64>| {
+        at_m.z - landing_place_m(&world.bounds_m, solids, at_m, vehicle.body_radius_m).z
+    };
+    let (speed_mps, _) = intended.fastest();
+    let mut entry = intended.trajectory;
+    entry.mass_kg = vec![vehicle.airframe.mass_kg(); entry.t_s.len()];
+    entry.turns_at_once = true;
+    let (first_m, last_m) = (entry.position_m[0], entry.position_m[entry.t_s.len() - 1]);
+    let at_start = match above_rest_m(first_m) <= SUPPORT_TOLERANCE_M {
+        true => AtStart::Landed,
+        false => AtStart::Hover,
+    };
+    let at_end = match above_rest_m(last_m) <= LANDED_M {
+        true => AtEnd::Land,
+        false => AtEnd::Hover,
+    };
+    if at_end == AtEnd::Land {
+        // It rests from here on.
+        let stands = |k: usize| {
+            let bends_m = entry.control_m.get(k).into_iter().flatten();
+            let mut places_m = bends_m.chain([&entry.position_m[k]]);
+            places_m.all(|it| (it - last_m).norm() <= SAME_PLACE_M)
+        };
+        let rests = (0..entry.t_s.len() - 1).rev().take_while(|k| stands(*k));
+        let points = entry.t_s.len() - rests.count();
+        entry.t_s.truncate(points);
+        entry.position_m.truncate(points);
+        entry.mass_kg.truncate(points);
+        entry.control_m.truncate(points.saturating_sub(1));
+    }
+    let mut flown = DronePlan {
+        name: drone.name.clone(),
+        airframe: AirframeEntry {
+            max_speed_mps: vehicle.max_speed_mps.max(1.001 * speed_mps),
+            max_climb_mps: None,
+            max_descent_mps: None,
+            max_acceleration_mps2: None,
+            max_jerk_mps3: None,
+            ..vehicle.entry(world.air.density_kg_per_m3())
+        },
+        air_limit: drone.air_limit,
+        at_start,
+        at_end,
+        trajectory: entry,
+        ..DronePlan::default()
+    };
+    flown.airborne_s = airborne_s(&flown, false);
+    flown
+}
