@@ -1,10 +1,14 @@
 //! One file for each subcommand: its arguments, what it asks the libraries, and its answer.
 
+pub(crate) mod air;
+mod answers;
 mod applied;
 pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod diagnose;
+pub(crate) mod explain;
 pub(crate) mod export;
 pub(crate) mod fly;
 pub(crate) mod generate;
@@ -12,7 +16,9 @@ pub(crate) mod plan;
 pub(crate) mod prove;
 mod recordings;
 pub(crate) mod schema;
+pub(crate) mod separation;
 pub(crate) mod simulate;
+pub(crate) mod sweep;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 

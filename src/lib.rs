@@ -15,7 +15,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use commands::{
-    bench, calibrate, check, diagnose, export, fly, generate, plan, prove, schema, simulate,
+    air, bench, calibrate, check, compare, diagnose, explain, export, fly, generate, plan, prove,
+    schema, separation, simulate, sweep,
 };
 use io::answer::Answer;
 use io::failure::Failure;
@@ -46,6 +47,19 @@ enum Command {
     /// Export a plan in a format that other programs fly, read back and measured; exit code 1 where
     /// a drone does not fit
     Export(export::Arguments),
+    /// Say how far one drone must stay from the wake of another: below, beside, hovering and
+    /// passing, and the ellipsoid that holds it
+    Separation(separation::Arguments),
+    /// Say what air a hovering drone makes: the field, where it is weaker than so much, how long it
+    /// stays
+    Air(air::Arguments),
+    /// Explain what a drone of a plan does at a time: why it waits, for which drone, what would
+    /// break if it did not
+    Explain(explain::Arguments),
+    /// Compare two plans: what each keeps, and what that costs
+    Compare(compare::Arguments),
+    /// Plan a scenario for each value of one setting: sum of costs, exposure, drones planned
+    Sweep(sweep::Arguments),
     /// Print the fields of a scenario, a plan or a flight, with units and defaults as JSON Schema
     Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
@@ -124,6 +138,11 @@ fn answer(line: CommandLine) -> Result<Answer, Failure> {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Fly(arguments)), _) => fly::run(&arguments),
         (Some(Command::Export(arguments)), _) => export::run(&arguments),
+        (Some(Command::Separation(arguments)), _) => separation::run(&arguments),
+        (Some(Command::Air(arguments)), _) => air::run(&arguments),
+        (Some(Command::Explain(arguments)), _) => explain::run(&arguments),
+        (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
+        (Some(Command::Sweep(arguments)), _) => sweep::run(&arguments),
         (Some(Command::Schema(arguments)), _) => schema::run(&arguments),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),

@@ -9,6 +9,7 @@ use planner::{Plan, World};
 
 use crate::report::words::escape;
 use scene::Scene;
+pub(crate) use scene::stops;
 
 /// three.js 0.187 (MIT; THIRD_PARTY.md says how it is made), what of it the page uses.
 const THREE: &str = include_str!("viewer/three.min.js");

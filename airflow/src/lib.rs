@@ -107,6 +107,7 @@ mod jet;
 mod near_field;
 pub mod power;
 mod rotor_jets;
+pub mod separation;
 mod superposition;
 mod surroundings;
 mod wake;

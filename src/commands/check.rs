@@ -1,4 +1,4 @@
-//! `plan check`: the verifier alone, on a plan file from anywhere.
+//! `plan check`: the verifier alone, on a plan, a show or a log from anywhere.
 
 use std::path::PathBuf;
 
@@ -13,47 +13,70 @@ use serde_json::json;
 use crate::commands::plan;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
-use crate::io::{files, plans};
-use crate::report::words::{ALPHA, count, joined, place};
+use crate::io::files::{self, OutFolder};
+use crate::io::plans::Source;
+use crate::report::words::{ALPHA, count, joined, place, wrote};
+use crate::viewer;
 
 /// Fleets up to this size are told drone by drone how late each may be.
 const LIST_ALL_UP_TO: usize = 40;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Plan to check; with --airframes a log of a flight, as a table t_s,drone,x_m,y_m,z_m
-    #[arg(value_name = "PLAN.json | LOG.csv")]
-    plan: PathBuf,
-    /// Which airframes a log is of, and where they flew (RON; see docs/formats.md)
-    #[arg(long, value_name = "FLEET.ron")]
-    airframes: Option<PathBuf>,
+    /// What is checked
+    #[command(flatten)]
+    source: Source,
     /// Scenario whose drones, tasks, dwells, loads and limits the plan must answer
     #[arg(long, value_name = "SCENARIO.ron")]
     scenario: Option<PathBuf>,
     /// How to print what is found
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Folder for checked.json, the plan as it was read and with what was found, and plan.html
+    /// [default: nothing is written]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
+
+/// The file by which one knows a folder of this command.
+const MAIN: &str = "checked.json";
 
 /// Answers as the run did that wrote the plan: an unplanned drone is a no, a violation is a no, and
 /// so is a figure that does not follow from the plan.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let file = plans::read(&arguments.plan, arguments.airframes.as_deref())?;
+    let file = arguments.source.read()?.file;
+    let out = arguments.out.clone();
+    let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
     let found = examine(&file, true);
     let asked = arguments.scenario.as_deref();
     let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
     let missing = asked.map(|world| missing(&world, &found.plan));
     let violations = &found.plan.violations;
+    let files = match &out {
+        None => Vec::new(),
+        Some(out) => {
+            let page = viewer::draw(&found.plan, None, None);
+            let texts = vec![
+                (MAIN.to_owned(), files::json(&found.plan)),
+                ("plan.html".to_owned(), page),
+            ];
+            files::write_below(&out.path, texts)?
+        }
+    };
     print(&match arguments.format {
         Format::Json => files::json(&json!({
             "scenario": found.plan.scenario,
             "drones": found.plan.drones.len(),
             "unplanned": found.plan.unplanned.len(),
             "violations": violations,
+            "first_exposure": first_exposure(&found),
             "examination": found,
             "missing": missing,
+            "remarks": file.remarks,
+            "files": files,
         })),
-        Format::Text => text_of(&file, &found, missing.as_deref()),
+        Format::Text if files.is_empty() => text_of(&file, &found, missing.as_deref()),
+        Format::Text => text_of(&file, &found, missing.as_deref()) + &wrote(&files),
     })?;
     let is_alpha = |it: &Violation| it.kind.without_margin() == ViolationKind::Air;
     if arguments.format == Format::Text && violations.iter().any(is_alpha) {
@@ -120,6 +143,16 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
     text
 }
 
+/// The first time that a drone is exposed to more than its limit, or is in a near-field column.
+fn first_exposure(found: &Examination) -> Option<&Violation> {
+    let is_exposure = |it: &&Violation| {
+        let kind = it.kind.without_margin();
+        matches!(kind, ViolationKind::Air | ViolationKind::Column)
+    };
+    // They are in order of time.
+    found.plan.violations.iter().find(is_exposure)
+}
+
 /// How much room there is.
 fn margins(found: &Examination) -> Vec<String> {
     let mut lines = Vec::new();
@@ -133,6 +166,9 @@ fn margins(found: &Examination) -> Vec<String> {
         ));
     } else if found.plan.drones.len() > 1 {
         lines.push("closest approach: no two drones come near one another".to_owned());
+    }
+    if let Some(first) = first_exposure(found) {
+        lines.push(format!("first exposure over a limit: {first}"));
     }
     if let Some(it) = &found.worst_air {
         let from = it.from.iter().map(|from| format!(", mostly from `{from}`"));

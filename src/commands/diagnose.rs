@@ -16,7 +16,8 @@ use diagnosis::infer::finding_file::{FindingFile, finding_ron, read_finding};
 use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
-use super::recordings::{Asked, Printed, RemarkOf, noticed, sentences};
+use super::answers::Printed;
+use super::recordings::{Asked, RemarkOf, noticed, sentences};
 use super::{applied, by_name};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;

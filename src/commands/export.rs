@@ -8,20 +8,19 @@ use exchange::{ExportError, Manifest, Options, Refusal, Target, export};
 use planner::verify::examination::examine;
 use serde::Serialize;
 use serde_json::json;
-use sha2::{Digest as _, Sha256};
 
 use crate::commands::by_name;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell_error};
 use crate::io::files::{self, OutFolder};
-use crate::io::plans;
+use crate::io::plans::{Source, Sourced};
 use crate::report::words::{count, wrote};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Plan to export; it is verified first
-    #[arg(value_name = "PLAN.json")]
-    plan: PathBuf,
+    /// What is exported; it is verified first
+    #[command(flatten)]
+    source: Source,
     /// Format
     #[arg(long, value_name = "FORMAT", value_parser = by_name(&Target::ALL, Target::as_str))]
     to: Target,
@@ -83,19 +82,20 @@ const MAIN: &str = "export.json";
 /// Exit codes: 0 written and read back; 1: the plan is not safe, or a drone does not fit; 2: there
 /// is no plan.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let file = plans::read(&arguments.plan, None)?;
+    let Sourced { file, lights } = arguments.source.read()?;
     let examined = examine(&file, false);
     let violations = examined.plan.violations.len() + examined.untold;
     if violations > 0 {
         let what = format!(
             "{}: not exported: {}",
-            arguments.plan.display(),
+            arguments.source.path().display(),
             count(violations, "violation", "violations")
         );
         return refused(arguments, &what, &[], "see plan check");
     }
     let options = Options {
-        plan_id: id(&arguments.plan)?,
+        plan_id: arguments.source.id()?,
+        lights,
         georeference: arguments.georeference,
         axes: match arguments.frame {
             FrameNames::Ned => Axes::Ned,
@@ -115,19 +115,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 ExportError::Refused(refusals) => &refusals[..],
                 _ => &[],
             };
-            let what = format!("{}: {error}", arguments.plan.display());
+            let what = format!("{}: {error}", arguments.source.path().display());
             return refused(arguments, &what, refusals, "nothing is written");
         }
     };
-    let name = match file.plan.scenario.as_str() {
-        "" => arguments
-            .plan
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy(),
-        scenario => scenario.into(),
-    };
-    let name = format!("{name}/{}", arguments.to.as_str());
+    let name = format!("{}/{}", arguments.source.name(&file), arguments.to.as_str());
     let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
     let before = files_of(&out.path.join(MAIN));
     let mut contents = vec![(MAIN.to_owned(), files::json(&made.manifest).into_bytes())];
@@ -163,17 +155,6 @@ fn refused(
     more.push(then.to_owned());
     tell_error(what, &more);
     Ok(Answer::No)
-}
-
-/// The first sixteen digits of the file's SHA-256, as `sha256sum` prints it.
-fn id(path: &Path) -> Result<String, Failure> {
-    let text = files::text(path, files::MOST_BYTES).map_err(Failure::read(path))?;
-    let digest = Sha256::digest(text.as_bytes());
-    Ok(digest
-        .iter()
-        .take(8)
-        .map(|it| format!("{it:02x}"))
-        .collect())
 }
 
 /// The files that an earlier export names: plain names alone.

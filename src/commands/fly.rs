@@ -16,7 +16,7 @@ use crate::commands::plan::{seconds, use_threads};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
-use crate::io::plans;
+use crate::io::plans::Source;
 use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::words::{ALPHA, wrote};
@@ -25,10 +25,22 @@ use crate::viewer;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Plan to fly; with --airframes a log of a flight, as a table t_s,drone,x_m,y_m,z_m
-    #[arg(value_name = "PLAN.json | LOG.csv", required_unless_present = "paper")]
+    /// Plan to fly; with --airframe or --airframes a show, a folder of setpoints, or a log, as
+    /// `plan check` takes them
+    #[arg(
+        value_name = "PLAN.json | SHOW.skyc | TABLE.csv",
+        required_unless_present = "paper"
+    )]
     plan: Option<PathBuf>,
-    /// Which airframes a log is of, and where they flew (RON; see docs/formats.md)
+    /// Airframe of all drones of a show or a log, by its preset's name
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "plan",
+        conflicts_with = "airframes"
+    )]
+    airframe: Option<String>,
+    /// Which airframes a show or a log is of, and where they fly (RON; see docs/shows.md)
     #[arg(long, value_name = "FLEET.ron", requires = "plan")]
     airframes: Option<PathBuf>,
     /// Fly the paper's own case instead: a Kolibri passes below an Offboard 2
@@ -115,12 +127,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let Some(path) = &arguments.plan else {
         return paper(arguments, &setup);
     };
-    let file = plans::read(path, arguments.airframes.as_deref())?;
+    let airframes = (
+        arguments.airframe.as_deref(),
+        arguments.airframes.as_deref(),
+    );
+    let source = Source::one(path, airframes.0, airframes.1);
+    let file = source.read()?.file;
     let options = options(arguments, &file);
-    let name = match file.plan.scenario.as_str() {
-        "" => path.file_stem().unwrap_or_default().to_string_lossy(),
-        scenario => scenario.into(),
-    };
+    let name = source.name(&file);
     let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
     let mut bar: OnceLock<Progress> = OnceLock::new();
     let progress = |done: usize, all: usize| {

@@ -288,11 +288,20 @@ fn is_standard_input(scenario: &Path) -> bool {
 }
 
 pub(crate) fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
+    world_of(path, &read_source(path)?, finding)
+}
+
+/// The text of a scenario.
+pub(crate) fn read_source(path: &Path) -> Result<String, Failure> {
     let text = match is_standard_input(path) {
         true => files::text_of(std::io::stdin(), MOST_SCENARIO_BYTES),
         false => files::text(path, MOST_SCENARIO_BYTES),
     };
-    let text = text.map_err(Failure::read(path))?;
+    text.map_err(Failure::read(path))
+}
+
+/// The world of a scenario's text that stands, or might stand, at a path.
+pub(crate) fn world_of(path: &Path, text: &str, finding: Option<&Path>) -> Result<World, Failure> {
     let named = |file: &Path| {
         let text = files::text(file, MOST_SCENARIO_BYTES).map_err(Failure::read(file));
         text.map(|text| (file.display().to_string(), text))
@@ -306,7 +315,7 @@ pub(crate) fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, F
         _ => files::text(&folder.join(source), MOST_SCENARIO_BYTES).map_err(|it| it.to_string()),
     };
     let flown = finding.as_ref().map(|(file, _)| file.as_str());
-    read_text(&path.display().to_string(), &text, flown, &load)
+    read_text(&path.display().to_string(), text, flown, &load)
 }
 
 /// The world of a scenario called `name`, or all its problems drawn beside its text.

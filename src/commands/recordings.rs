@@ -8,9 +8,10 @@ use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::Remark;
 use serde::Serialize;
 
+use super::answers;
 use crate::io::answer::{Format, print};
 use crate::io::failure::Failure;
-use crate::io::files::{self, OutFolder};
+use crate::io::files::OutFolder;
 use crate::io::recordings;
 use crate::report::page;
 use crate::report::sections::Report;
@@ -37,16 +38,6 @@ pub(crate) struct Asked {
     /// Whether the answer is written and not printed.
     #[arg(skip)]
     is_silent: bool,
-}
-
-/// An answer as programs read it: its format, its fields, and with them what was written.
-#[derive(Serialize)]
-pub(crate) struct Printed<'a, T> {
-    pub(crate) format: &'static str,
-    #[serde(flatten)]
-    pub(crate) answer: &'a T,
-    #[serde(skip_serializing_if = "<[PathBuf]>::is_empty")]
-    pub(crate) files: &'a [PathBuf],
 }
 
 /// What was noticed about one recording, in residuals.json and diagnosis.json.
@@ -136,27 +127,19 @@ impl Asked {
     pub(crate) fn deliver<T: Serialize>(
         &self,
         (name, report): (&str, &Report),
-        (file, levels, format): (&str, usize, &'static str),
+        json: (&str, usize, &'static str),
         answer: &T,
-        mut texts: Vec<(String, String)>,
+        texts: Vec<(String, String)>,
     ) -> Result<(), Failure> {
-        let json = |files: &[PathBuf]| {
-            let printed = Printed {
-                format,
-                answer,
-                files,
-            };
-            files::json_down_to(&printed, levels)
-        };
-        texts.push((file.to_owned(), json(&[])));
-        texts.extend(page::files(report));
-        let files = files::write_below(&self.folder(name, file)?.path, texts)?;
+        let folder = self.folder(name, json.0)?;
+        let texts = [texts, page::files(report)];
+        let (files, text) = answers::write(&folder, json, answer, texts)?;
         if self.is_silent {
             return Ok(());
         }
         print(&match self.format {
             Format::Text => report.text() + &wrote(&files),
-            Format::Json => json(&files),
+            Format::Json => text,
         })
     }
 }

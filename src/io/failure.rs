@@ -50,6 +50,12 @@ pub(crate) enum Failure {
     NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
+    #[error("{}: no drone is called `{name}`; there are {known}", path.display())]
+    NoSuchDrone {
+        path: PathBuf,
+        name: String,
+        known: String,
+    },
     #[error("{}: cannot be flown: {error}", path.display())]
     NotFlown {
         path: PathBuf,

@@ -46,10 +46,15 @@ pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
 
 /// The commands that write folders: the file by which one knows theirs, the command, and where it
 /// writes unless it is told.
-const WRITERS: [(&str, &str, &str); 8] = [
+const WRITERS: [(&str, &str, &str); 13] = [
     ("plan.json", "plan SCENARIO", "out"),
+    ("checked.json", "plan check", "out/check"),
     ("flight.json", "plan fly", "out/fly"),
     ("export.json", "plan export", "out/export"),
+    ("separation.json", "plan separation", "out/separation"),
+    ("comparison.json", "plan compare", "out/compare"),
+    ("sweep.json", "plan sweep", "out/sweep"),
+    ("air.json", "plan air", "out/air"),
     ("residuals.json", "plan simulate", "out/simulate"),
     ("calibration.json", "plan calibrate", "out/calibrate"),
     ("diagnosis.json", "plan diagnose", "out/diagnose"),

@@ -1,47 +1,272 @@
-//! Plans from files: plan.json, and logs of flights with their airframes.
+//! Plans from files: plan.json; logs, shows and setpoints, with their airframes.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use exchange::import::{self, Show};
+use exchange::lights::Lights;
+use planner::Files;
 use planner::plan::file::{self, PlanFile};
-use planner::scenario::{FlownError, read_samples, samples_as_plan};
+use planner::scenario::{
+    FlownError, IntendedError, Problems, intended_as_plan, read_samples, samples_as_plan,
+};
+use sha2::{Digest as _, Sha256};
+use validation::hover_grid::set::NoSuchAirframe;
 
 use super::failure::Failure;
 use super::files::{self, MOST_SCENARIO_BYTES};
 use super::problems;
 
-/// A plan, or a log with its airframes.
-pub(crate) fn read(path: &Path, airframes: Option<&Path>) -> Result<PlanFile, Failure> {
-    let text = |path: &Path| files::text(path, files::MOST_BYTES).map_err(Failure::read(path));
-    let log = text(path)?;
-    let is_table = path
-        .extension()
-        .is_some_and(|it| it.eq_ignore_ascii_case("csv"));
-    let not_a_plan = |reason: String| Failure::NotAPlan {
+/// What a command is asked about: a plan, or what can be judged as one.
+#[derive(Args)]
+pub(crate) struct Source {
+    /// Plan; or with --airframe or --airframes a show (.skyc), tables of setpoints or
+    /// uav_trajectories (one a drone, or their folder), a log (t_s,drone,x_m,y_m,z_m); see
+    /// docs/shows.md
+    #[arg(value_name = "PLAN.json | SHOW.skyc | TABLE.csv", required = true)]
+    paths: Vec<PathBuf>,
+    /// Airframe of all drones of a show or a log, by its preset's name
+    #[arg(long, value_name = "NAME", conflicts_with = "airframes")]
+    airframe: Option<String>,
+    /// Which airframes a show or a log is of, and where they fly (RON; see docs/shows.md)
+    #[arg(long, value_name = "FLEET.ron")]
+    airframes: Option<PathBuf>,
+}
+
+/// A plan as it was read.
+pub(crate) struct Sourced {
+    pub(crate) file: PlanFile,
+    /// Light programs of a show, by drone.
+    pub(crate) lights: BTreeMap<String, Lights>,
+}
+
+impl Source {
+    /// A plan by its path, with its airframes.
+    pub(crate) fn one(path: &Path, airframe: Option<&str>, airframes: Option<&Path>) -> Source {
+        Source {
+            paths: vec![path.to_owned()],
+            airframe: airframe.map(str::to_owned),
+            airframes: airframes.map(Path::to_owned),
+        }
+    }
+
+    /// The first sixteen digits of the SHA-256 of its files one after another, of one file as
+    /// `sha256sum` prints it.
+    pub(crate) fn id(&self) -> Result<String, Failure> {
+        let mut hasher = Sha256::new();
+        for path in self.files()?.0 {
+            let from = std::fs::File::open(&path).map_err(Failure::read(&path))?;
+            let bytes = files::bytes_of(from, files::MOST_BYTES).map_err(Failure::read(&path))?;
+            hasher.update(&bytes);
+        }
+        let digest = hasher.finalize();
+        Ok(digest
+            .iter()
+            .take(8)
+            .map(|it| format!("{it:02x}"))
+            .collect())
+    }
+
+    /// The first file, by which it is known.
+    pub(crate) fn path(&self) -> &Path {
+        self.paths.first().map_or(Path::new(""), PathBuf::as_path)
+    }
+
+    /// What a folder for it is called.
+    pub(crate) fn name(&self, file: &PlanFile) -> String {
+        match file.plan.scenario.as_str() {
+            "" => stem(self.path()),
+            scenario => scenario.to_owned(),
+        }
+    }
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// What keeps the files from being one, at its place.
+    pub(crate) fn read(&self) -> Result<Sourced, Failure> {
+        let path = self.path();
+        let is = |ending: &str| {
+            let own = path.extension();
+            own.is_some_and(|it| it.eq_ignore_ascii_case(ending))
+        };
+        let fleet = match (&self.airframe, &self.airframes) {
+            (Some(name), _) => Some(Fleet::of_one(name)?),
+            (None, Some(path)) => Some(Fleet::read(path)?),
+            (None, None) => None,
+        };
+        if self.paths.len() == 1 && !path.is_dir() {
+            let is_table = is("csv");
+            let text = || files::text(path, files::MOST_BYTES).map_err(Failure::read(path));
+            if is_table && import::is_log(&text()?) {
+                return log(
+                    path,
+                    &text()?,
+                    &fleet.ok_or_else(|| no_airframe(path, "a log"))?,
+                );
+            }
+            if !is_table && !["skyc", "skyb", "cfpoly"].iter().any(|it| is(it)) {
+                if let Some(fleet) = fleet {
+                    return log(path, &text()?, &fleet);
+                }
+                let file = file::read(&text()?).map_err(|it| not_a_plan(path, it.to_string()))?;
+                return Ok(Sourced {
+                    file,
+                    lights: BTreeMap::new(),
+                });
+            }
+        }
+        self.show(fleet)
+    }
+
+    fn show(&self, fleet: Option<Fleet>) -> Result<Sourced, Failure> {
+        let path = self.path();
+        let (paths, manifest) = self.files()?;
+        let read = |path: &PathBuf| -> Result<exchange::File, Failure> {
+            let from = std::fs::File::open(path).map_err(Failure::read(path))?;
+            let bytes = files::bytes_of(from, files::MOST_BYTES).map_err(Failure::read(path))?;
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            Ok(exchange::File {
+                name: name.into_owned(),
+                bytes,
+            })
+        };
+        let files: Result<Vec<exchange::File>, Failure> = paths.iter().map(read).collect();
+        let show = import::read_show(&files?, manifest.as_deref()).map_err(|error| {
+            let named = |it: &&PathBuf| it.file_name().is_some_and(|it| *it == *error.file);
+            let path = paths.iter().find(named).map_or(path, PathBuf::as_path);
+            not_a_plan(path, error.error.to_string())
+        })?;
+        let Show {
+            drones,
+            lights,
+            remarks,
+        } = show;
+        let fleet = fleet.ok_or_else(|| no_airframe(path, "a show"))?;
+        let plan = fleet.with_files(|files| {
+            let name = match (path.is_dir(), self.paths.len()) {
+                (false, 2..) => path.parent().map(stem).unwrap_or_default(),
+                _ => stem(path),
+            };
+            intended_as_plan(&name, drones, &fleet.text, files)
+        });
+        let mut file = plan.map_err(|error| match error {
+            IntendedError::Fleet(found) => fleet.drawn(&found),
+            below @ IntendedError::BelowFloor { .. } => {
+                let help = "z counts up: if it counts down, name the columns n_m,e_m,d_m (NED); \
+                            a deeper floor is said by bounds_m (--airframes)";
+                not_a_plan(path, format!("{below}; {help}"))
+            }
+            other => not_a_plan(path, other.to_string()),
+        })?;
+        file.remarks.splice(0..0, remarks);
+        Ok(Sourced { file, lights })
+    }
+
+    /// The files of a show, and the text of an `export.json` beside them. Of a folder those of one
+    /// kind, in the order of their names.
+    fn files(&self) -> Result<(Vec<PathBuf>, Option<String>), Failure> {
+        let path = self.path();
+        let folder = match path.is_dir() {
+            true => path,
+            false => path.parent().unwrap_or(Path::new("")),
+        };
+        let manifest = files::text(&folder.join("export.json"), files::MOST_BYTES).ok();
+        if !path.is_dir() {
+            return Ok((self.paths.clone(), manifest));
+        }
+        let entries = std::fs::read_dir(path).map_err(Failure::read(path))?;
+        let mut all: Vec<PathBuf> = entries.flatten().map(|it| it.path()).collect();
+        all.sort();
+        for ending in ["skyc", "csv", "skyb", "cfpoly"] {
+            let is = |it: &&PathBuf| {
+                it.extension()
+                    .is_some_and(|it| it.eq_ignore_ascii_case(ending))
+            };
+            let of_kind: Vec<PathBuf> = all.iter().filter(is).cloned().collect();
+            if !of_kind.is_empty() {
+                return Ok((of_kind, manifest));
+            }
+        }
+        let why = "a folder without .skyc, .csv, .skyb or .cfpoly files";
+        Err(not_a_plan(path, why.to_owned()))
+    }
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn not_a_plan(path: &Path, reason: String) -> Failure {
+    Failure::NotAPlan {
         path: path.to_owned(),
         reason,
-    };
-    let Some(fleet_path) = airframes else {
-        if is_table {
-            let why = "a log says nothing of airframes: name them with --airframes FLEET.ron";
-            return Err(not_a_plan(why.to_owned()));
-        }
-        return file::read(&log).map_err(|reason| not_a_plan(reason.to_string()));
-    };
-    let fleet = text(fleet_path)?;
-    let folder = fleet_path.parent().unwrap_or(Path::new(""));
-    let load = |file: &str| {
-        files::text(&folder.join(file), MOST_SCENARIO_BYTES).map_err(|it| it.to_string())
-    };
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let samples = read_samples(&log);
-    let plan = samples
-        .and_then(|samples| samples_as_plan(&name, &samples, &fleet, &planner::Files::new(&load)));
-    plan.map_err(|error| match error {
-        FlownError::Fleet(found) => {
-            let name = fleet_path.display().to_string();
-            let colour = problems::colour_on_stderr();
-            Failure::Drawn(problems::draw(&found, &name, &fleet, colour))
-        }
-        other => not_a_plan(other.to_string()),
+    }
+}
+
+fn no_airframe(path: &Path, what: &str) -> Failure {
+    let why = "says nothing of airframes: name one with --airframe NAME, or several with --airframes FLEET.ron";
+    not_a_plan(path, format!("{what} {why}"))
+}
+
+/// The log of a flight as a plan.
+fn log(path: &Path, text: &str, fleet: &Fleet) -> Result<Sourced, Failure> {
+    let samples = read_samples(text);
+    let plan = fleet.with_files(|files| {
+        samples.and_then(|samples| samples_as_plan(&stem(path), &samples, &fleet.text, files))
+    });
+    let file = plan.map_err(|error| match error {
+        FlownError::Fleet(found) => fleet.drawn(&found),
+        other => not_a_plan(path, other.to_string()),
+    })?;
+    Ok(Sourced {
+        file,
+        lights: BTreeMap::new(),
     })
+}
+
+/// Which airframes fly, as a text, and where it is from.
+struct Fleet {
+    text: String,
+    path: PathBuf,
+}
+
+impl Fleet {
+    fn read(path: &Path) -> Result<Fleet, Failure> {
+        let text = files::text(path, MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
+        Ok(Fleet {
+            text,
+            path: path.to_owned(),
+        })
+    }
+
+    /// One preset for all.
+    fn of_one(name: &str) -> Result<Fleet, Failure> {
+        if airflow::Airframe::preset(name).is_none() {
+            return Err(NoSuchAirframe(name.to_owned()).into());
+        }
+        Ok(Fleet {
+            text: format!("Fleet(airframe: \"{name}\")"),
+            path: PathBuf::from("--airframe"),
+        })
+    }
+
+    /// What it cites lies beside it.
+    fn with_files<T>(&self, then: impl FnOnce(&Files<'_>) -> T) -> T {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let load = |file: &str| {
+            files::text(&folder.join(file), MOST_SCENARIO_BYTES).map_err(|it| it.to_string())
+        };
+        then(&Files::new(&load))
+    }
+
+    fn drawn(&self, found: &Problems) -> Failure {
+        let name = self.path.display().to_string();
+        let colour = problems::colour_on_stderr();
+        Failure::Drawn(problems::draw(found, &name, &self.text, colour))
+    }
 }

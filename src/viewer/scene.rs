@@ -283,7 +283,11 @@ fn meets<'m>(
 }
 
 /// Stops between two moves, in order: from, until (s), and whether it is a dwell at a task.
-fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<(f64, f64, &'static str)> {
+pub(crate) fn stops(
+    plan: &Plan,
+    world: Option<&World>,
+    drone: usize,
+) -> Vec<(f64, f64, &'static str)> {
     let path = &plan.drones[drone].trajectory;
     let points = path.t_s.len().min(path.position_m.len());
     let mut found = Vec::new();

@@ -16,6 +16,7 @@ mod findings;
 mod flying;
 mod fuzz;
 mod hover;
+mod imports;
 mod instances;
 mod near_field;
 #[cfg(feature = "long")]
@@ -25,6 +26,7 @@ mod paper;
 mod planner;
 #[cfg(feature = "long")]
 mod practice_set;
+mod questions;
 mod random_worlds;
 mod readme;
 #[cfg(feature = "long")]

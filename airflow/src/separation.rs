@@ -1,0 +1,328 @@
+//! How far one drone must stay from the wake of another: how far below, how far beside, what
+//! passing below costs, and the ellipsoid that holds all of it.
+//!
+//! Both hover level in still air, or the lower one passes straight below at constant height and
+//! speed; the mean flow. Whichever way the lower one lies from the upper one: the worst of the
+//! azimuths counts.
+
+use nalgebra::Point3;
+
+use crate::airframe::Airframe;
+use crate::discs::DiscPoints;
+use crate::field::{Source, mean_over_discs_mps};
+use crate::golden_section::GoldenSection;
+use crate::power;
+use crate::superposition::Superposition;
+use crate::wake::Wake;
+
+/// Azimuths at which the lower one is looked for (deg): with four rotors the air over its discs
+/// repeats every 90, mirrored at 45.
+const AZIMUTHS_DEG: [f64; 4] = [0.0, 15.0, 30.0, 45.0];
+/// Depths and offsets looked at before the last that exceeds is made fine: chosen here, their steps
+/// are a hundredth of the wake's length and width.
+const STEPS: usize = 100;
+/// Halvings of the last step: to a hundredth of a millimetre of ten metres.
+const HALVINGS: usize = 20;
+/// Steps of a passage, chosen here: sums to a thousandth.
+const PASSAGE_STEPS: usize = 400;
+
+/// One drone in the wake of another.
+#[derive(Clone, Debug)]
+pub struct Separation {
+    upper: Wake,
+    discs: DiscPoints,
+    lower_tips_m: f64,
+    lower_mass_kg: f64,
+    lower_u_h_mps: f64,
+}
+
+/// What the lower drone meets at one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// Mean over its rotor discs (m/s).
+    pub air_mps: f64,
+    /// The same over its induced velocity.
+    pub alpha: f64,
+    /// Power to hover there over that in still air.
+    pub power: f64,
+}
+
+/// What a straight level passage through the axis of the upper drone's wake costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// Highest of the passage.
+    pub alpha: f64,
+    /// Time with more than the limit (s).
+    pub over_limit_s: f64,
+    /// Integral of the air over time (m).
+    pub dose_m: f64,
+    /// Energy beyond that in still air (J).
+    pub extra_energy_j: f64,
+    /// How far it sinks if its power stays what it was in still air (m): without a controller, and
+    /// by the air alone.
+    pub sinks_m: f64,
+}
+
+/// Half-axes of an ellipsoid about the upper drone's centre (m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipsoid {
+    /// Level.
+    pub beside_m: f64,
+    /// Upright.
+    pub below_m: f64,
+}
+
+impl Separation {
+    /// A drone with its mass (kg) under the wake of another, in air of a density (kg/m³).
+    #[must_use]
+    pub fn new(lower: &Airframe, mass_kg: f64, density_kg_per_m3: f64, upper: Wake) -> Separation {
+        Separation {
+            upper,
+            discs: lower.disc_points(),
+            lower_tips_m: lower.tip_radius_m(),
+            lower_mass_kg: mass_kg,
+            lower_u_h_mps: lower.hover_induced_velocity_mps(mass_kg, density_kg_per_m3),
+        }
+    }
+
+    /// Induced velocity of the lower one at hover (m/s).
+    #[must_use]
+    pub fn lower_hover_mps(&self) -> f64 {
+        self.lower_u_h_mps
+    }
+
+    /// The wake it is about.
+    #[must_use]
+    pub fn upper(&self) -> &Wake {
+        &self.upper
+    }
+
+    /// What is met so far below and beside (m, rotor plane to rotor plane, axis to axis).
+    #[must_use]
+    pub fn met(&self, below_m: f64, beside_m: f64) -> Met {
+        let source = [Source {
+            wake: &self.upper,
+            position_m: Point3::origin(),
+            ends_at_z_m: f64::NEG_INFINITY,
+        }];
+        let azimuths = match beside_m == 0.0 {
+            true => &AZIMUTHS_DEG[..1],
+            false => &AZIMUTHS_DEG[..],
+        };
+        let means = azimuths.iter().map(|azimuth_deg| {
+            let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+            let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
+            mean_over_discs_mps(&source, &self.discs, centre_m, Superposition::Momentum)
+        });
+        let air_mps = means.fold(0.0, f64::max);
+        let alpha = air_mps / self.lower_u_h_mps;
+        Met {
+            air_mps,
+            alpha,
+            power: power::beta(alpha),
+        }
+    }
+
+    /// Depth at which even the centreline is below a limit for good (m).
+    fn deepest_m(&self, alpha: f64) -> f64 {
+        let end_m = self.upper.iso_speed_end_m(alpha * self.lower_u_h_mps);
+        end_m.max(self.upper.near_field_depth_m())
+    }
+
+    /// From which depth on (m) the lower one meets no more than a limit, so far beside (m). At
+    /// least 0: there is no depth at which it meets more.
+    #[must_use]
+    pub fn below_m(&self, alpha: f64, beside_m: f64) -> f64 {
+        let to_m = self.deepest_m(alpha);
+        last_over(to_m, &|below_m| self.met(below_m, beside_m).alpha > alpha)
+    }
+
+    /// From which offset on (m) it meets no more than a limit, so far below (m).
+    #[must_use]
+    pub fn beside_m(&self, alpha: f64, below_m: f64) -> f64 {
+        let limit_mps = alpha * self.lower_u_h_mps;
+        let reach_m = self.upper.radius_at_speed_m(below_m, limit_mps);
+        let column_m = self.upper.column_radius_m();
+        let to_m = reach_m.unwrap_or(0.0).max(column_m) + self.lower_tips_m;
+        last_over(to_m, &|beside_m| self.met(below_m, beside_m).alpha > alpha)
+    }
+
+    /// The offset that holds a limit at every depth, and the depth that asks for it (m).
+    #[must_use]
+    pub fn widest_m(&self, alpha: f64) -> (f64, f64) {
+        let to_m = self
+            .below_m(alpha, 0.0)
+            .max(self.upper.near_field_depth_m());
+        let depths = (1..=STEPS).map(|k| to_m * k as f64 / STEPS as f64);
+        let wide = depths.map(|below_m| (self.beside_m(alpha, below_m), below_m));
+        wide.fold((0.0, 0.0), |most, it| if it.0 > most.0 { it } else { most })
+    }
+
+    /// A straight level passage through the axis, so far below (m), at a speed (m/s, above 0).
+    #[must_use]
+    pub fn passage(&self, below_m: f64, speed_mps: f64, limit: f64) -> Passage {
+        let half_m = 4.0 * self.upper.half_width_m(below_m) + self.lower_tips_m;
+        let step_s = 2.0 * half_m / PASSAGE_STEPS as f64 / speed_mps;
+        let mut passage = Passage {
+            alpha: 0.0,
+            over_limit_s: 0.0,
+            dose_m: 0.0,
+            extra_energy_j: 0.0,
+            sinks_m: 0.0,
+        };
+        let mut sinks_mps = 0.0;
+        for k in 0..PASSAGE_STEPS {
+            let along_m = half_m * ((2 * k + 1) as f64 / PASSAGE_STEPS as f64 - 1.0);
+            let Met { air_mps, alpha, .. } = self.met(below_m, along_m.abs());
+            passage.alpha = passage.alpha.max(alpha);
+            passage.over_limit_s += if alpha > limit { step_s } else { 0.0 };
+            passage.dose_m += air_mps * step_s;
+            let (mass_kg, u_h_mps) = (self.lower_mass_kg, self.lower_u_h_mps);
+            passage.extra_energy_j += power::extra_energy_j(mass_kg, u_h_mps, alpha, step_s);
+            let lacks = 1.0 - power::thrust_ratio_at_constant_power(alpha);
+            sinks_mps += crate::GRAVITY_MPS2 * lacks * step_s;
+            passage.sinks_m += sinks_mps * step_s;
+        }
+        passage
+    }
+
+    /// The smallest ellipsoid about the upper drone that holds every place where the lower one
+    /// meets more than a limit, the near-field column, and a ball of so much about the centre (m):
+    /// where two bodies touch. For planners that take one ellipsoid for a pair (Preiss et al.,
+    /// IROS 2017); it is as high above the drone as it is deep below.
+    #[must_use]
+    pub fn ellipsoid(&self, alpha: f64, bodies_m: f64) -> Ellipsoid {
+        let column_m = self.upper.column_radius_m();
+        let near_m = self.upper.near_field_depth_m();
+        let below_m = self.below_m(alpha, 0.0).max(near_m).max(bodies_m);
+        let mut rim_m: Vec<[f64; 2]> = (0..=STEPS)
+            .map(|k| below_m * k as f64 / STEPS as f64)
+            .map(|z_m| {
+                let column_m = if z_m <= near_m { column_m } else { 0.0 };
+                [self.beside_m(alpha, z_m).max(column_m), z_m]
+            })
+            .collect();
+        rim_m.extend((0..=STEPS).map(|k| {
+            let (sin, cos) = (k as f64 / STEPS as f64 * std::f64::consts::FRAC_PI_2).sin_cos();
+            [bodies_m * cos, bodies_m * sin]
+        }));
+        // (beside/a)² + (below/c)² is at most 1 on the rim; the volume goes with a² c.
+        let beside_m = |c_m: f64| {
+            let of = |[r_m, z_m]: &[f64; 2]| r_m / (1.0 - (z_m / c_m).powi(2)).max(1e-12).sqrt();
+            rim_m.iter().map(of).fold(0.0, f64::max)
+        };
+        // Longer by a thousandth at least: at its tip the ellipsoid has no width.
+        let range_m = [1.001 * below_m, 4.0 * below_m];
+        let best = GoldenSection::of(range_m, 60, |c_m| beside_m(c_m).powi(2) * c_m);
+        let c_m = best.middle();
+        Ellipsoid {
+            beside_m: beside_m(c_m),
+            below_m: c_m,
+        }
+    }
+}
+
+/// The end of the last stretch from 0 to a length (m) at which something holds; 0: it never does.
+fn last_over(to_m: f64, over: &dyn Fn(f64) -> bool) -> f64 {
+    let at = |k: usize| to_m * k as f64 / STEPS as f64;
+    // At no depth at all there is no air: just beside 0 there is.
+    let start = |k: usize| if k == 0 { 1e-3 * at(1) } else { at(k) };
+    let Some(last) = (0..=STEPS).rev().find(|&k| over(start(k))) else {
+        return 0.0;
+    };
+    let (mut low_m, mut high_m) = (start(last), at(last + 1));
+    for _ in 0..HALVINGS {
+        let middle_m = 0.5 * (low_m + high_m);
+        match over(middle_m) {
+            true => low_m = middle_m,
+            false => high_m = middle_m,
+        }
+    }
+    high_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Air, Jet};
+
+    fn of(lower: &str, upper: &str) -> Separation {
+        let density = Air::default().density_kg_per_m3();
+        let [lower, upper] = [lower, upper].map(|it| Airframe::preset(it).expect("a preset"));
+        let wake = Wake::new(&upper, upper.mass_kg(), density, &Jet::default());
+        Separation::new(&lower, lower.mass_kg(), density, wake)
+    }
+
+    #[test]
+    fn no_place_farther_than_what_is_asked_for_exceeds_the_limit() {
+        for (lower, upper) in [
+            ("kolibri", "matrice-300"),
+            ("crazyflie-2.1", "crazyflie-2.1"),
+            ("matrice-300", "kolibri"),
+        ] {
+            let pair = of(lower, upper);
+            for limit in [0.1, 0.3, 1.0] {
+                let below_m = pair.below_m(limit, 0.0);
+                let (widest_m, _) = pair.widest_m(limit);
+                for k in 0..400 {
+                    let away = f64::from(k) / 100.0;
+                    let met = pair.met(below_m * (1.0 + away) + 1e-6, 0.0);
+                    assert!(
+                        met.alpha <= limit * 1.0001,
+                        "{lower} {limit} {away}: {met:?}"
+                    );
+                    let deep_m = 0.01 + 1.2 * below_m.max(1.0) * away / 4.0;
+                    // Between two of the depths that were looked at it may be wider by a little.
+                    let met = pair.met(deep_m, widest_m + 1e-6);
+                    assert!(
+                        met.alpha <= limit * 1.02,
+                        "{lower} {limit} {deep_m}: {met:?}"
+                    );
+                }
+                if below_m > 0.0 {
+                    let met = pair.met(below_m * 0.999, 0.0);
+                    assert!(met.alpha > limit * 0.999, "{lower} {limit}: {met:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_ellipsoid_holds_every_place_that_exceeds_and_is_not_much_larger() {
+        let pair = of("kolibri", "matrice-300");
+        let bodies_m = 0.9;
+        let it = pair.ellipsoid(0.3, bodies_m);
+        for k in 0..60 {
+            for j in 0..60 {
+                let (z_m, r_m) = (
+                    it.below_m * 1.2 * f64::from(k + 1) / 60.0,
+                    it.beside_m * 1.2 * f64::from(j) / 60.0,
+                );
+                let is_outside = (r_m / it.beside_m).powi(2) + (z_m / it.below_m).powi(2) > 1.0;
+                assert!(
+                    !is_outside || pair.met(z_m, r_m).alpha <= 0.306,
+                    "{z_m} {r_m}"
+                );
+            }
+        }
+        assert!(it.below_m < 1.6 * pair.below_m(0.3, 0.0));
+        assert!(it.beside_m >= bodies_m && it.beside_m < 2.0 * pair.widest_m(0.3).0.max(bodies_m));
+    }
+
+    #[test]
+    fn a_passage_costs_half_at_twice_the_speed_and_sinks_a_quarter() {
+        let pair = of("kolibri", "matrice-300");
+        let [slow, fast] = [1.0, 2.0].map(|it| pair.passage(4.0, it, 0.3));
+        assert!((slow.alpha - pair.met(4.0, 0.0).alpha).abs() < 0.01 * slow.alpha);
+        assert!((slow.dose_m / fast.dose_m - 2.0).abs() < 1e-9);
+        assert!((slow.extra_energy_j / fast.extra_energy_j - 2.0).abs() < 1e-9);
+        assert!((slow.over_limit_s / fast.over_limit_s - 2.0).abs() < 1e-9);
+        assert!((slow.sinks_m / fast.sinks_m - 4.0).abs() < 1e-9);
+        // A far jet's width grows with depth: the dose against a sum of its own.
+        let step_m = 1e-3;
+        let sum: f64 = (-20_000..20_000)
+            .map(|k| pair.met(4.0, (f64::from(k) * step_m).abs()).air_mps)
+            .sum();
+        assert!((sum * step_m / slow.dose_m - 1.0).abs() < 0.05);
+    }
+}

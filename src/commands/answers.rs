@@ -1,0 +1,77 @@
+//! How commands that answer with a report deliver it: files in a folder, text or JSON on the
+//! screen.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::io::answer::{Format, print};
+use crate::io::failure::Failure;
+use crate::io::files::{self, OutFolder};
+use crate::report::page;
+use crate::report::sections::Report;
+use crate::report::words::wrote;
+
+/// How the answer to a question is wanted.
+#[derive(Args)]
+pub(crate) struct Wanted {
+    /// How to print the answer
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Folder for report.html, the figure and JSON [default: out/COMMAND/NAME]; one that holds
+    /// another command's output is refused
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// An answer as programs read it: its format, its fields, and with them what was written.
+#[derive(Serialize)]
+pub(super) struct Printed<'a, T> {
+    pub(super) format: &'static str,
+    #[serde(flatten)]
+    pub(super) answer: &'a T,
+    #[serde(skip_serializing_if = "<[PathBuf]>::is_empty")]
+    pub(super) files: &'a [PathBuf],
+}
+
+impl Wanted {
+    /// Writes a report and the answer as JSON, in lines down to so many `levels`, to the folder of
+    /// a run of this name; prints it as asked.
+    pub(crate) fn deliver<T: Serialize>(
+        &self,
+        (name, report): (&str, &Report),
+        json: (&str, usize, &'static str),
+        answer: &T,
+    ) -> Result<(), Failure> {
+        let folder = OutFolder::of(self.out.as_deref(), name, json.0)?;
+        let (files, text) = write(&folder, json, answer, [Vec::new(), page::files(report)])?;
+        print(&match self.format {
+            Format::Text => report.text() + &wrote(&files),
+            Format::Json => text,
+        })
+    }
+}
+
+/// Writes an answer as JSON with texts before it and after it; gives the files, and the JSON with
+/// them in it.
+pub(super) fn write<T: Serialize>(
+    folder: &OutFolder,
+    (file, levels, format): (&str, usize, &'static str),
+    answer: &T,
+    [mut texts, after]: [Vec<(String, String)>; 2],
+) -> Result<(Vec<PathBuf>, String), Failure> {
+    let json = |files: &[PathBuf]| {
+        let printed = Printed {
+            format,
+            answer,
+            files,
+        };
+        files::json_down_to(&printed, levels)
+    };
+    texts.push((file.to_owned(), json(&[])));
+    texts.extend(after);
+    let files = files::write_below(&folder.path, texts)?;
+    let text = json(&files);
+    Ok((files, text))
+}

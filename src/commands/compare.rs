@@ -1,0 +1,254 @@
+//! `plan compare A B`: two plans beside one another: what each keeps, and what that costs.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use planner::Plan;
+use planner::plan::DronePlan;
+use planner::verify::examination::{Examination, examine};
+use serde::Serialize;
+
+use crate::commands::answers::Wanted;
+use crate::io::answer::Answer;
+use crate::io::failure::Failure;
+use crate::io::plans::Source;
+use crate::plots::curves;
+use crate::report::sections::{Part, Report};
+use crate::report::words::shortest;
+
+/// Drones that are listed: chosen here, those that differ most.
+const MOST_LISTED: usize = 15;
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Plan
+    #[arg(value_name = "A.json")]
+    a: PathBuf,
+    /// Plan that it is compared with
+    #[arg(value_name = "B.json")]
+    b: PathBuf,
+    #[command(flatten)]
+    wanted: Wanted,
+}
+
+/// `comparison/1`.
+#[derive(Serialize)]
+struct Compared {
+    a: Figures,
+    b: Figures,
+    /// Of drones that both plan: its arrivals (s) in A and in B, those that differ most first.
+    drones: Vec<Both>,
+}
+
+/// What one plan keeps, and how it does.
+#[derive(Serialize)]
+struct Figures {
+    scenario: String,
+    drones: usize,
+    unplanned: usize,
+    violations: usize,
+    makespan_s: f64,
+    sum_of_arrivals_s: f64,
+    extra_energy_j: f64,
+    /// Highest alpha over its drone's limit.
+    worst_over_limit: Option<f64>,
+    closest_gap_m: Option<f64>,
+    /// How late the drone may be that may be least.
+    least_late_s: Option<f64>,
+    zone_air_mps: Option<f64>,
+    /// What is asked for.
+    air_limits: (f64, f64),
+    time_margin_s: f64,
+    tracking_m: f64,
+    clearance_m: f64,
+    is_smooth: bool,
+    convection: Option<[f64; 2]>,
+    superposition: String,
+}
+
+#[derive(Serialize)]
+struct Both {
+    drone: String,
+    arrives_s: [f64; 2],
+}
+
+fn figures(plan: &Plan, found: &Examination) -> Figures {
+    let limits = plan.drones.iter().map(|it| it.air_limit);
+    let late = found.late.iter().flatten().map(|it| it.late_s);
+    let zones = found.plan.zone_air.iter().map(|it| it.worst_air_mps);
+    Figures {
+        scenario: plan.scenario.clone(),
+        drones: plan.drones.len(),
+        unplanned: plan.unplanned.len(),
+        violations: found.plan.violations.len() + found.untold,
+        makespan_s: found.plan.fleet.makespan_s,
+        sum_of_arrivals_s: found.plan.fleet.sum_of_arrivals_s,
+        extra_energy_j: found.plan.fleet.extra_energy_j,
+        worst_over_limit: found.worst_air.as_ref().map(|it| it.alpha / it.limit),
+        closest_gap_m: found.closest.as_ref().map(|it| it.gap_m),
+        least_late_s: late.reduce(f64::min),
+        zone_air_mps: zones.reduce(f64::max),
+        air_limits: limits.fold((f64::INFINITY, 0.0), |(low, high), it| {
+            (low.min(it), it.max(high))
+        }),
+        time_margin_s: plan.margins.time_s,
+        tracking_m: plan.margins.tracking_m,
+        clearance_m: plan.clearance_m,
+        is_smooth: plan.drones.iter().any(|it| it.trajectory.is_smooth()),
+        convection: plan.convection().map(|it| it.factors()),
+        superposition: plan.air.superposition.clone(),
+    }
+}
+
+/// Exit codes: 0 both are without violations, and all drones planned; 1: one is not.
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let read = |path: &PathBuf| Source::one(path, None, None).read().map(|it| it.file);
+    let (a, b) = (read(&arguments.a)?, read(&arguments.b)?);
+    let (found_a, found_b) = (examine(&a, true), examine(&b, true));
+    let arrivals = |found: &Examination| -> BTreeMap<String, f64> {
+        let of = |it: &DronePlan| (it.name.clone(), it.arrives_s);
+        found.plan.drones.iter().map(of).collect()
+    };
+    let theirs = arrivals(&found_b);
+    let both = arrivals(&found_a).into_iter().filter_map(|(drone, a_s)| {
+        let b_s = *theirs.get(&drone)?;
+        Some(Both {
+            drone,
+            arrives_s: [a_s, b_s],
+        })
+    });
+    let mut drones: Vec<Both> = both.collect();
+    let apart_s = |it: &Both| (it.arrives_s[1] - it.arrives_s[0]).abs();
+    drones.sort_by(|x, y| apart_s(y).total_cmp(&apart_s(x)));
+    let compared = Compared {
+        a: figures(&a.plan, &found_a),
+        b: figures(&b.plan, &found_b),
+        drones,
+    };
+    let good = |it: &Figures| it.violations == 0 && it.unplanned == 0;
+    let report = report(arguments, &compared);
+    let stem = |path: &PathBuf| {
+        let folder = path
+            .parent()
+            .and_then(|it| it.file_name())
+            .filter(|_| path.file_stem().is_some_and(|it| it == "plan"));
+        folder
+            .or(path.file_stem())
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let name = format!("{}-{}", stem(&arguments.a), stem(&arguments.b));
+    let json = ("comparison.json", 2, "comparison/1");
+    arguments
+        .wanted
+        .deliver((&name, &report), json, &compared)?;
+    Ok(Answer::from(good(&compared.a) && good(&compared.b)))
+}
+
+fn report(arguments: &Arguments, compared: &Compared) -> Report {
+    let (a, b) = (&compared.a, &compared.b);
+    let mut report = Report::new(
+        format!("{} and {}", arguments.a.display(), arguments.b.display()),
+        format!("A: {}, B: {}", a.scenario, b.scenario),
+    );
+    let number = |what: &str, of: &dyn Fn(&Figures) -> Option<f64>, decimals: usize| {
+        // Whole numbers have no idle zeros.
+        let figure = |it: f64| match decimals {
+            0 => format!("{it:.0}"),
+            _ => shortest(it, decimals),
+        };
+        let told = |it: Option<f64>| it.map_or("-".to_owned(), figure);
+        let (in_a, in_b) = (of(a), of(b));
+        let change = in_a.zip(in_b).filter(|(a, b)| a != b).map(|(a, b)| {
+            let part = match a != 0.0 {
+                true => format!(" ({:+.1} %)", 100.0 * (b / a - 1.0)),
+                false => String::new(),
+            };
+            let sign = if b > a { "+" } else { "" };
+            format!("{sign}{}{part}", figure(b - a))
+        });
+        vec![
+            what.to_owned(),
+            told(in_a),
+            told(in_b),
+            change.unwrap_or_default(),
+        ]
+    };
+    let rows = vec![
+        number("drones", &|it| Some(it.drones as f64), 0),
+        number("unplanned", &|it| Some(it.unplanned as f64), 0),
+        number("violations", &|it| Some(it.violations as f64), 0),
+        number("makespan (s)", &|it| Some(it.makespan_s), 2),
+        number("sum of costs (s)", &|it| Some(it.sum_of_arrivals_s), 2),
+        number("energy by downwash (J)", &|it| Some(it.extra_energy_j), 1),
+        number("worst air over its limit", &|it| it.worst_over_limit, 3),
+        number("strongest air in a zone (m/s)", &|it| it.zone_air_mps, 2),
+        number("closest bodies (m)", &|it| it.closest_gap_m, 3),
+        number("least time margin (s)", &|it| it.least_late_s, 2),
+    ];
+    report.section(
+        "What they come to",
+        vec![Part::table("lrrl", "|A|B|B against A", rows)],
+    );
+    let convection = |it: &Figures, end: usize| it.convection.map(|it| it[end]);
+    let rows = vec![
+        number("lowest air limit (alpha)", &|it| Some(it.air_limits.0), 3),
+        number("highest air limit (alpha)", &|it| Some(it.air_limits.1), 3),
+        number("time margin (s)", &|it| Some(it.time_margin_s), 3),
+        number("tracking margin (m)", &|it| Some(it.tracking_m), 3),
+        number("clearance (m)", &|it| Some(it.clearance_m), 3),
+        number(
+            "smooth motion (1: yes)",
+            &|it| Some(f64::from(u8::from(it.is_smooth))),
+            0,
+        ),
+        number(
+            "slowest air over the centreline's",
+            &|it| convection(it, 0),
+            2,
+        ),
+        number(
+            "fastest air over the centreline's",
+            &|it| convection(it, 1),
+            2,
+        ),
+    ];
+    report.section(
+        "What they keep",
+        vec![Part::table("lrrl", "|A|B|B against A", rows)],
+    );
+    let rows = compared.drones.iter().take(MOST_LISTED).map(|it| {
+        let [a_s, b_s] = it.arrives_s;
+        vec![
+            it.drone.clone(),
+            format!("{a_s:.2}"),
+            format!("{b_s:.2}"),
+            format!("{:+.2}", b_s - a_s),
+        ]
+    });
+    report.section(
+        "Arrivals that differ most",
+        vec![Part::table("lrrr", "drone|A (s)|B (s)|B - A (s)", rows)],
+    );
+    let mut points: Vec<(f64, f64)> = compared
+        .drones
+        .iter()
+        .map(|it| it.arrives_s.into())
+        .collect();
+    points.sort_by(|x, y| x.0.total_cmp(&y.0));
+    let title = (
+        "Arrivals in B over arrivals in A",
+        "by drone, in order of A",
+    );
+    let caption = "Each mark is a drone that both plan.";
+    let figure = curves::draw(
+        "arrivals",
+        (title, caption),
+        "arrives in A (s)",
+        &[("arrives in B (s)", points)],
+    );
+    report.section("", figure.into_iter().map(Part::Figure).collect());
+    report
+}

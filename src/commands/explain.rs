@@ -1,0 +1,231 @@
+//! `plan explain PLAN --drone NAME --at TIME`: what a drone does then; why it waits, and what would
+//! break if it did not.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use nalgebra::Point3;
+use planner::Plan;
+use planner::plan::Violation;
+use serde::Serialize;
+
+use crate::commands::plan::read_world;
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::Failure;
+use crate::io::files;
+use crate::io::plans::Source;
+use crate::report::sections::{Part, Report};
+use crate::report::words::place;
+use crate::viewer;
+
+/// Violations that are told: chosen here, the first say why.
+const MOST_TOLD: usize = 5;
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// What is explained
+    #[command(flatten)]
+    source: Source,
+    /// Which drone
+    #[arg(long, value_name = "NAME")]
+    drone: String,
+    /// When (s)
+    #[arg(long, value_name = "SECONDS", value_parser = time)]
+    at: f64,
+    /// Its scenario: tells dwells from waits
+    #[arg(long, value_name = "SCENARIO.ron")]
+    scenario: Option<PathBuf>,
+    /// How to print the answer
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// `explanation/1`.
+#[derive(Serialize)]
+struct Explained {
+    format: &'static str,
+    drone: String,
+    at_s: f64,
+    position_m: Point3<f64>,
+    speed_mps: f64,
+    /// `wait`, `dwell`, `stop` where that is not known, `flies` or `stands`.
+    does: &'static str,
+    /// Of a stop (s).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    span_s: Option<(f64, f64)>,
+    /// Whom it waits for: with whom it would first break a rule, had it gone on at once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    waits_for: Option<String>,
+    /// What would break then that holds now, in order of time.
+    otherwise: Vec<Violation>,
+    /// All its stops: from, until (s), what.
+    stops: Vec<(f64, f64, &'static str)>,
+    page: String,
+}
+
+fn time(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match (0.0..=1e9).contains(&value) {
+        true => Ok(value),
+        false => Err("must not be below 0".to_owned()),
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let plan = arguments.source.read()?.file.plan;
+    let world = arguments.scenario.as_deref();
+    let world = world.map(|path| read_world(path, None)).transpose()?;
+    let at_s = arguments.at;
+    let known = plan.drones.iter().position(|it| it.name == arguments.drone);
+    let (Some(k), name) = (known, &arguments.drone) else {
+        let names: Vec<&str> = plan.drones.iter().take(20).map(|it| &it.name[..]).collect();
+        return Err(Failure::NoSuchDrone {
+            path: arguments.source.path().to_owned(),
+            name: arguments.drone.clone(),
+            known: names.join(", "),
+        });
+    };
+    let drone = &plan.drones[k];
+    let Some(state) = drone.trajectory.state(at_s) else {
+        let reason = format!("`{name}` has no trajectory");
+        let path = arguments.source.path().to_owned();
+        return Err(Failure::NotAPlan { path, reason });
+    };
+    let stops = viewer::stops(&plan, world.as_ref(), k);
+    let stop = stops.iter().find(|it| it.0 <= at_s && at_s < it.1).copied();
+    let speed_mps = state.velocity_mps.norm();
+    let does = match stop {
+        Some((_, _, what)) => what,
+        None if speed_mps > 0.0 => "flies",
+        None => "stands",
+    };
+    let span_s = stop.map(|(from_s, until_s, _)| (from_s, until_s));
+    let otherwise = match (span_s, does) {
+        (Some(span_s), "wait" | "stop") => otherwise(&plan, k, span_s),
+        _ => Vec::new(),
+    };
+    let other = |it: &Violation| match it.drone == *name {
+        true => it.with.clone(),
+        false => Some(it.drone.clone()),
+    };
+    let waits_for = otherwise.first().and_then(other);
+    let does = match (does, &waits_for) {
+        ("stop", Some(_)) => "wait",
+        _ => does,
+    };
+    let folder = arguments.source.path().parent().unwrap_or(Path::new(""));
+    let page = folder.join("plan.html").display().to_string();
+    let explained = Explained {
+        format: "explanation/1",
+        drone: name.clone(),
+        at_s,
+        position_m: state.position_m,
+        speed_mps,
+        does,
+        span_s,
+        waits_for,
+        otherwise,
+        stops,
+        page: format!("{page}#t={at_s}&drone={name}"),
+    };
+    print(&match arguments.format {
+        Format::Json => files::json(&explained),
+        Format::Text => report(&explained, &plan).text(),
+    })?;
+    Ok(Answer::Yes)
+}
+
+/// What breaks if a drone leaves out a stop (s) and does all that follows so much earlier, and does
+/// not break now: by the verifier.
+fn otherwise(plan: &Plan, k: usize, (from_s, until_s): (f64, f64)) -> Vec<Violation> {
+    let earlier = |t_s: f64| match t_s > from_s {
+        true => (t_s - (until_s - from_s)).max(from_s),
+        false => t_s,
+    };
+    let mut hurried = plan.clone();
+    let drone = &mut hurried.drones[k];
+    drone
+        .trajectory
+        .t_s
+        .iter_mut()
+        .for_each(|it| *it = earlier(*it));
+    let (airborne_s, landed_s) = drone.airborne_s;
+    drone.airborne_s = (earlier(airborne_s), landed_s.map(earlier));
+    let name = drone.name.clone();
+    let concerns = |it: &Violation| it.drone == name || it.with.as_ref() == Some(&name);
+    let now = planner::verify(plan).violations;
+    let is_new = |it: &Violation| {
+        let same =
+            |old: &&Violation| old.kind == it.kind && old.drone == it.drone && old.with == it.with;
+        !now.iter().any(|old| same(&old))
+    };
+    let then = planner::verify(&hurried).violations.into_iter();
+    then.filter(|it| concerns(it) && is_new(it)).collect()
+}
+
+fn report(explained: &Explained, plan: &Plan) -> Report {
+    let name = &explained.drone;
+    let at = place(&explained.position_m);
+    let what = match (explained.does, explained.span_s) {
+        ("flies", _) => format!("flies at {:.2} m/s", explained.speed_mps),
+        (does, Some((from_s, until_s))) => {
+            let word = match does {
+                "wait" => "waits",
+                "dwell" => "dwells at its task",
+                _ => "stops",
+            };
+            format!(
+                "{word} from {from_s:.2} s to {until_s:.2} s ({:.2} s)",
+                until_s - from_s
+            )
+        }
+        _ => "stands: it has not begun, or is done".to_owned(),
+    };
+    let mut report = Report::new(
+        format!("{}: `{name}` at {:.2} s", plan.scenario, explained.at_s),
+        format!("It {what}, at {at}."),
+    );
+    if let Some((from_s, until_s)) = explained.span_s.filter(|_| explained.does != "dwell") {
+        let saved_s = until_s - from_s;
+        let lines = match (&explained.waits_for, explained.otherwise.len()) {
+            (Some(other), all) => {
+                let mut list: Vec<String> = explained
+                    .otherwise
+                    .iter()
+                    .take(MOST_TOLD)
+                    .map(ToString::to_string)
+                    .collect();
+                if all > MOST_TOLD {
+                    list.push(format!("and {} more", all - MOST_TOLD));
+                }
+                vec![
+                    Part::line(format!(
+                        "It waits for `{other}`. Had it gone on at once, it would be {saved_s:.2} s earlier, and the verifier finds, all others as planned:"
+                    )),
+                    Part::List(list),
+                ]
+            }
+            (None, _) => vec![Part::line(format!(
+                "Had it gone on at once, {saved_s:.2} s earlier, nothing would break as the others fly: it is a dwell (--scenario tells), or a wait that the search took over another path, or kept on finding room."
+            ))],
+        };
+        report.section("Why", lines);
+    }
+    let rows = explained.stops.iter().map(|(from_s, until_s, what)| {
+        vec![
+            format!("{from_s:.2}"),
+            format!("{until_s:.2}"),
+            format!("{:.2}", until_s - from_s),
+            (*what).to_owned(),
+        ]
+    });
+    let rows: Vec<Vec<String>> = rows.collect();
+    if !rows.is_empty() {
+        report.section(
+            "All its stops",
+            vec![Part::table("rrrl", "from (s)|until (s)|for (s)|what", rows)],
+        );
+    }
+    report.section("", vec![Part::line(format!("Look: {}", explained.page))]);
+    report
+}

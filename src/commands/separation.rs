@@ -1,0 +1,286 @@
+//! `plan separation A --under B`: how far one drone must stay from the wake of another.
+
+use airflow::separation::{Ellipsoid, Passage, Separation};
+use airflow::{Air, Airframe, Jet, Wake};
+use clap::Args;
+use serde::Serialize;
+use validation::hover_grid::set::NoSuchAirframe;
+
+use crate::commands::answers::Wanted;
+use crate::io::answer::Answer;
+use crate::io::failure::Failure;
+use crate::plots::map::{self, Map};
+use crate::report::sections::{Part, Report};
+
+/// Depths of the table, in motor distances of the upper drone: from its near field to where little
+/// is left.
+const DEPTHS_L: [f64; 9] = [1.0, 2.5, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0];
+/// Points along a drawn line.
+const POINTS: usize = 120;
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Airframe of the lower drone, by its preset's name
+    #[arg(value_name = "LOWER")]
+    lower: String,
+    /// Airframe of the upper drone
+    #[arg(long, value_name = "UPPER")]
+    under: String,
+    /// Mass of the lower drone with its payload [default: the airframe's]
+    #[arg(long, value_name = "KG", value_parser = above_0)]
+    mass: Option<f64>,
+    /// Mass of the upper drone with its payload [default: the airframe's]
+    #[arg(long, value_name = "KG", value_parser = above_0)]
+    under_mass: Option<f64>,
+    /// Highest mean air over the lower one's rotor discs, over its own induced velocity
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = above_0)]
+    limit: f64,
+    /// Speed at which it passes below (m/s)
+    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = above_0)]
+    speed: f64,
+    #[command(flatten)]
+    wanted: Wanted,
+}
+
+/// `separation/1`.
+#[derive(Serialize)]
+struct Found {
+    lower: Drone,
+    upper: Drone,
+    /// Alpha.
+    limit: f64,
+    speed_mps: f64,
+    /// From here on straight below the limit is kept (m).
+    below_m: f64,
+    /// From here on beside it is kept at every depth (m).
+    beside_m: f64,
+    /// The depth that asks for most room beside (m).
+    beside_most_at_m: f64,
+    /// No centre may be in it, whatever the air.
+    column: Column,
+    /// Half-axes about the upper drone's centre; a planner that takes one ellipsoid a drone takes
+    /// half of each for either.
+    ellipsoid: Axes,
+    rows: Vec<Row>,
+}
+
+#[derive(Serialize)]
+struct Drone {
+    airframe: String,
+    mass_kg: f64,
+    hover_induced_velocity_mps: f64,
+}
+
+#[derive(Serialize)]
+struct Column {
+    radius_m: f64,
+    depth_m: f64,
+}
+
+#[derive(Serialize)]
+struct Axes {
+    beside_m: f64,
+    below_m: f64,
+}
+
+/// One depth.
+#[derive(Serialize)]
+struct Row {
+    below_m: f64,
+    air_mps: f64,
+    alpha: f64,
+    /// Over that in still air.
+    power: f64,
+    /// From here on beside, at this depth, the limit is kept.
+    beside_m: f64,
+    passing: Passing,
+}
+
+#[derive(Serialize)]
+struct Passing {
+    over_limit_s: f64,
+    dose_m: f64,
+    extra_energy_j: f64,
+    sinks_m: f64,
+}
+
+pub(super) fn above_0(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match value > 0.0 && value <= 1e4 {
+        true => Ok(value),
+        false => Err("must be above 0".to_owned()),
+    }
+}
+
+pub(super) fn airframe(name: &str) -> Result<Airframe, Failure> {
+    Airframe::preset(name).ok_or_else(|| NoSuchAirframe(name.to_owned()).into())
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let [lower, upper] = [&arguments.lower, &arguments.under].map(|it| airframe(it));
+    let (lower, upper) = (lower?, upper?);
+    let density_kg_per_m3 = Air::default().density_kg_per_m3();
+    let lower_kg = arguments.mass.unwrap_or(lower.mass_kg());
+    let upper_kg = arguments.under_mass.unwrap_or(upper.mass_kg());
+    let wake = Wake::new(&upper, upper_kg, density_kg_per_m3, &Jet::default());
+    let pair = Separation::new(&lower, lower_kg, density_kg_per_m3, wake);
+    let limit = arguments.limit;
+    let bodies_m = lower.tip_radius_m() + upper.tip_radius_m();
+    let below_m = pair.below_m(limit, 0.0);
+    let (beside_m, beside_most_at_m) = pair.widest_m(limit);
+    let column = Column {
+        radius_m: pair.upper().column_radius_m(),
+        depth_m: pair.upper().near_field_depth_m(),
+    };
+    let Ellipsoid {
+        beside_m: a_m,
+        below_m: c_m,
+    } = pair.ellipsoid(limit, bodies_m);
+    let row = |depth_l: f64| {
+        let below_m = depth_l * upper.motor_distance_m();
+        let met = pair.met(below_m, 0.0);
+        let Passage {
+            over_limit_s,
+            dose_m,
+            extra_energy_j,
+            sinks_m,
+            ..
+        } = pair.passage(below_m, arguments.speed, limit);
+        Row {
+            below_m,
+            air_mps: met.air_mps,
+            alpha: met.alpha,
+            power: met.power,
+            beside_m: pair.beside_m(limit, below_m),
+            passing: Passing {
+                over_limit_s,
+                dose_m,
+                extra_energy_j,
+                sinks_m,
+            },
+        }
+    };
+    let drone = |airframe: &Airframe, mass_kg: f64| Drone {
+        airframe: airframe.name().to_owned(),
+        mass_kg,
+        hover_induced_velocity_mps: airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3),
+    };
+    let found = Found {
+        lower: drone(&lower, lower_kg),
+        upper: drone(&upper, upper_kg),
+        limit,
+        speed_mps: arguments.speed,
+        below_m,
+        beside_m: beside_m.max(column.radius_m),
+        beside_most_at_m,
+        column,
+        ellipsoid: Axes {
+            beside_m: a_m,
+            below_m: c_m,
+        },
+        rows: DEPTHS_L.map(row).into(),
+    };
+    let name = format!("{}-under-{}", lower.name(), upper.name());
+    let report = report(&found, &pair, arguments.speed);
+    let json = ("separation.json", 2, "separation/1");
+    arguments.wanted.deliver((&name, &report), json, &found)?;
+    Ok(Answer::Yes)
+}
+
+fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
+    let (lower, upper) = (&found.lower, &found.upper);
+    let of = |it: &Drone| {
+        format!(
+            "{} ({:.3} kg, hovers on {:.2} m/s)",
+            it.airframe, it.mass_kg, it.hover_induced_velocity_mps
+        )
+    };
+    let mut report = Report::new(
+        format!("{} under {}", lower.airframe, upper.airframe),
+        format!(
+            "{} below {}; limit: alpha {}",
+            of(lower),
+            of(upper),
+            found.limit
+        ),
+    );
+    let Column { radius_m, depth_m } = found.column;
+    let straight = match found.below_m > depth_m {
+        true => format!(
+            "straight below: from {:.2} m down it meets no more than the limit",
+            found.below_m
+        ),
+        false => format!(
+            "straight below: the limit is kept from the end of the near-field column down, {depth_m:.2} m"
+        ),
+    };
+    report.section("How far", vec![Part::List(vec![
+        straight,
+        format!("beside: from {:.2} m on it meets no more at any depth (most at {:.2} m below)", found.beside_m, found.beside_most_at_m),
+        format!("never in the near-field column, whatever the air: {radius_m:.2} m around the axis down to {depth_m:.2} m below"),
+        format!(
+            "as one ellipsoid about the upper drone: half-axes {:.2} m beside, {:.2} m below; for planners that give each drone an ellipsoid (|E⁻¹Δ| ≥ 2): {:.2} m and {:.2} m",
+            found.ellipsoid.beside_m, found.ellipsoid.below_m, found.ellipsoid.beside_m / 2.0, found.ellipsoid.below_m / 2.0
+        ),
+    ])]);
+    let rows = found.rows.iter().map(|row| {
+        let passing = &row.passing;
+        let extra = (row.power - 1.0) * 100.0;
+        [
+            format!("{:.2}", row.below_m),
+            format!("{:.2}", row.air_mps),
+            format!("{:.3}", row.alpha),
+            format!("+{extra:.1} %"),
+            format!("{:.2}", row.beside_m),
+            format!("{:.2}", passing.over_limit_s),
+            format!("{:.2}", passing.dose_m),
+            format!("{:.1}", passing.extra_energy_j),
+            format!("{:.2}", passing.sinks_m),
+        ]
+        .into()
+    });
+    let headings = "below (m)|air (m/s)|alpha|power|beside (m)|over limit (s)|exposure (m)|energy (J)|sinks (m)";
+    report.section("Straight below, and passing", vec![
+        Part::table("rrrrrrrrr", headings, rows),
+        Part::line(format!(
+            "The first four columns: hovering straight below. Beside: where the limit is kept at that depth. The last four: passing through the axis at {speed_mps} m/s; sinks: at the power of still air, without a controller."
+        )),
+        Part::line("Mean flow in still air; gusts of about a quarter come on top, and the worst of all azimuths counts. The column's rule stands beside the air's."),
+    ]);
+    let deep_m = 1.25 * found.below_m.max(found.ellipsoid.below_m).max(depth_m);
+    let wide_m = 1.6 * found.beside_m.max(found.ellipsoid.beside_m);
+    let rim = (0..=POINTS).map(|k| deep_m * (k as f64 + 0.02) / POINTS as f64);
+    let rim: Vec<[f64; 2]> = rim
+        .map(|z_m| [pair.beside_m(found.limit, z_m), z_m])
+        .filter(|it| it[0] > 0.0)
+        .collect();
+    let ellipse = (0..=POINTS).map(|k| {
+        let (sin, cos) = (k as f64 / POINTS as f64 * std::f64::consts::FRAC_PI_2).sin_cos();
+        [
+            found.ellipsoid.beside_m * sin,
+            found.ellipsoid.below_m * cos,
+        ]
+    });
+    let title = format!("{} under {}", lower.airframe, upper.airframe);
+    let figure = map::draw(&Map {
+        name: "separation",
+        title: (
+            &title,
+            "alpha: mean air over the lower drone's rotor discs, over its induced velocity",
+        ),
+        caption: "Where the lower drone's centre is, seen from the upper drone's. Inside the limit's line alpha exceeds it; the ellipsoid holds that, the near-field column and both bodies.",
+        reach_m: [wide_m, deep_m],
+        value: &|depth_m, offset_m| pair.met(depth_m, offset_m).alpha,
+        unit: "alpha",
+        lines: vec![
+            ("limit", rim),
+            ("ellipsoid", ellipse.collect()),
+            (
+                "near-field column",
+                vec![[radius_m, 0.0], [radius_m, depth_m], [0.0, depth_m]],
+            ),
+        ],
+    });
+    report.section("", vec![Part::Figure(figure)]);
+    report
+}

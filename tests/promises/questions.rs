@@ -1,0 +1,260 @@
+//! Questions that are answered by a command each: what is said is what the model says, asked anew.
+
+use std::fs;
+
+use super::run;
+use airflow::{Air, Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
+use nalgebra::{Point3, Vector3};
+use serde_json::Value;
+
+fn wake(name: &str) -> Wake {
+    let airframe = Airframe::preset(name).unwrap();
+    let density = Air::default().density_kg_per_m3();
+    Wake::new(&airframe, airframe.mass_kg(), density, &Jet::default())
+}
+
+/// Alpha of one drone below another, both hovering.
+fn alpha(lower: &str, upper: &Wake, below_m: f64, beside_m: f64) -> f64 {
+    let lower = Airframe::preset(lower).unwrap();
+    let density = Air::default().density_kg_per_m3();
+    let source = [Source {
+        wake: upper,
+        position_m: Point3::origin(),
+        ends_at_z_m: f64::NEG_INFINITY,
+    }];
+    let at_m = Point3::new(beside_m, 0.0, -below_m);
+    let mean = mean_over_discs_mps(&source, &lower.disc_points(), at_m, Superposition::Momentum);
+    mean / lower.hover_induced_velocity_mps(lower.mass_kg(), density)
+}
+
+#[test]
+fn a_separation_keeps_the_limit_and_its_table_is_the_model_s() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    for (lower, upper, limit) in [
+        ("kolibri", "matrice-300", 0.3),
+        ("crazyflie-2.1", "kolibri", 0.15),
+    ] {
+        let line =
+            format!("separation {lower} --under {upper} --limit {limit} --speed 1.5 --format json");
+        let (code, told, errors) = run(folder, &line);
+        assert_eq!(code, Some(0), "{errors}");
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let number = |of: &Value, key: &str| of[key].as_f64().unwrap();
+        let (below_m, beside_m) = (number(&told, "below_m"), number(&told, "beside_m"));
+        let wake = wake(upper);
+        assert!((alpha(lower, &wake, below_m, 0.0) - limit).abs() < 1e-3 * limit);
+        for k in 1..=200 {
+            let depth_m = 1.5 * below_m * f64::from(k) / 200.0;
+            assert!(
+                alpha(lower, &wake, depth_m, beside_m) <= 1.02 * limit,
+                "{depth_m}"
+            );
+            assert!(depth_m <= below_m || alpha(lower, &wake, depth_m, 0.0) <= limit);
+        }
+        let rows = told["rows"].as_array().unwrap();
+        assert!(rows.len() >= 8);
+        for row in rows {
+            let said = number(row, "alpha");
+            assert!((said - alpha(lower, &wake, number(row, "below_m"), 0.0)).abs() < 1e-9);
+            assert!(
+                (number(row, "power") - (said / 2.0 + (said * said / 4.0 + 1.0).sqrt())).abs()
+                    < 1e-9
+            );
+            // What is over the limit hovering is so for a while in passing.
+            assert_eq!(number(&row["passing"], "over_limit_s") > 0.0, said > limit);
+        }
+        let ellipsoid = &told["ellipsoid"];
+        let (a, c) = (number(ellipsoid, "beside_m"), number(ellipsoid, "below_m"));
+        assert!(c > below_m && a >= beside_m * 0.9);
+        let files = told["files"].to_string();
+        assert!(
+            files.contains("separation.svg") && files.contains("report.html"),
+            "{files}"
+        );
+    }
+    let svg =
+        fs::read_to_string(folder.join("out/separation/kolibri-under-matrice-300/separation.svg"))
+            .unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("ellipsoid"));
+    for (line, said) in [
+        (
+            "separation kolibri --under hornet",
+            "no airframe is called `hornet`",
+        ),
+        (
+            "separation kolibri --under kolibri --limit 0",
+            "must be above 0",
+        ),
+    ] {
+        let (code, _, errors) = run(folder, line);
+        assert_eq!(code, Some(2));
+        assert!(errors.contains(said), "{errors}");
+    }
+}
+
+#[test]
+fn the_air_of_a_drone_is_quiet_where_it_is_said_to_be() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let (code, told, errors) = run(folder, "air kolibri --less-than 0.8 --format json");
+    assert_eq!(code, Some(0), "{errors}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let number = |key: &str| told["quiet"][key].as_f64().unwrap();
+    let wake = wake("kolibri");
+    let speed =
+        |below_m: f64, beside_m: f64| wake.axial_speed_mps(Vector3::new(beside_m, 0.0, -below_m));
+    let below_m = number("below_m");
+    assert!((speed(below_m, 0.0) - 0.8).abs() < 1e-3);
+    for k in 1..=200 {
+        let depth_m = 1.2 * below_m * f64::from(k) / 200.0;
+        assert!(
+            speed(depth_m, number("beside_m")) <= 0.8 * 1.01,
+            "{depth_m}"
+        );
+        assert!(depth_m < below_m || speed(depth_m, 0.0) <= 0.8);
+    }
+    // Slower air takes longer, deeper air too.
+    let rows = told["rows"].as_array().unwrap();
+    let times: Vec<f64> = rows
+        .iter()
+        .map(|it| it["arrives_s"][1].as_f64().unwrap())
+        .collect();
+    assert!(times.is_sorted() && number("after_s") > times[0]);
+    let (code, told, _) = run(folder, "air matrice-300 --mass 8 --out here");
+    assert_eq!(code, Some(0));
+    assert!(
+        told.contains("less than 1 m/s from") && told.contains("here/air.json"),
+        "{told}"
+    );
+}
+
+/// Two drones cross; the second waits 2 s before it goes on, or it would touch the first.
+fn crossing(waits_s: f64) -> String {
+    let drone = |name: &str, trajectory: Value| serde_json::json!({"name": name, "airframe": "kolibri", "trajectory": trajectory});
+    let goes_s = 4.0 + waits_s;
+    let drones = [
+        drone(
+            "first",
+            serde_json::json!({"t_s": [0, 10], "position_m": [[0, 5, 2], [10, 5, 2]]}),
+        ),
+        drone(
+            "second",
+            serde_json::json!({"t_s": [0, 2, goes_s - 2.0, goes_s + 3.0], "position_m": [[5, 0, 2], [5, 2, 2], [5, 2, 2], [5, 7, 2]]}),
+        ),
+    ];
+    let plan = serde_json::json!({
+        "format": "plan/1", "scenario": "crossing", "drones": drones,
+        "bounds_m": {"min": [-1, -1, 0], "max": [12, 12, 6]},
+    });
+    plan.to_string()
+}
+
+#[test]
+fn a_wait_is_explained_by_what_would_break_without_it() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    // Without its wait the second is at (5, 5) at 5 s, when the first is.
+    fs::write(folder.join("plan.json"), crossing(2.0)).unwrap();
+    let (code, told, errors) = run(
+        folder,
+        "explain plan.json --drone second --at 3 --format json",
+    );
+    assert_eq!(code, Some(0), "{errors}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(
+        (&told["does"], &told["waits_for"]),
+        (&"wait".into(), &"first".into()),
+        "{told}"
+    );
+    assert_eq!(told["span_s"], serde_json::json!([2.0, 4.0]));
+    let otherwise = told["otherwise"].as_array().unwrap();
+    assert!(
+        otherwise.iter().any(|it| it["kind"] == "collision"),
+        "{told}"
+    );
+    assert_eq!(told["page"], "plan.html#t=3&drone=second");
+    let (_, told, _) = run(folder, "explain plan.json --drone second --at 3");
+    assert!(
+        told.contains("It waits for `first`") && told.contains("overlap by"),
+        "{told}"
+    );
+    let (_, told, _) = run(folder, "explain plan.json --drone second --at 5");
+    assert!(told.contains("flies at 1.00 m/s"), "{told}");
+    // A stop that no other drone asks for is none.
+    fs::write(folder.join("plan.json"), crossing(9.0)).unwrap();
+    let (_, told, _) = run(
+        folder,
+        "explain plan.json --drone first --at 3 --format json",
+    );
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["does"], "flies");
+    let (code, _, errors) = run(folder, "explain plan.json --drone third --at 3");
+    assert_eq!(code, Some(2));
+    assert!(
+        errors.contains("no drone is called `third`; there are first, second"),
+        "{errors}"
+    );
+}
+
+#[test]
+fn two_plans_are_compared_by_what_follows_from_them() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("a.json"), crossing(2.0)).unwrap();
+    fs::write(folder.join("b.json"), crossing(0.125)).unwrap();
+    let (code, told, errors) = run(folder, "compare a.json b.json --format json");
+    assert_eq!(code, Some(1), "{errors}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["a"]["violations"], 0);
+    assert!(told["b"]["violations"].as_u64().unwrap() > 0, "{told}");
+    assert_eq!(
+        told["drones"][0],
+        serde_json::json!({"drone": "second", "arrives_s": [9.0, 7.125]})
+    );
+    assert_eq!(told["a"]["sum_of_arrivals_s"], 19.0);
+    assert!(told["files"].to_string().contains("arrivals.svg"));
+}
+
+#[test]
+fn a_sweep_plans_each_value_as_a_scenario_of_its_own_would_be() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let scenario = |limit: f64| {
+        format!(
+            r#"Scenario(name: "two", bounds_m: (min: (0, 0, 0), max: (14, 6, 8)),
+        drones: [
+            (name: "m", airframe: "matrice-300", start_m: (1, 3, 7), tasks: [(to_m: (13, 3, 7))]),
+            (name: "k", airframe: "kolibri", start_m: (13, 3, 2), tasks: [(to_m: (1, 3, 2))]),
+        ], planning: (cell_m: 1, air_limit: {limit}))"#
+        )
+    };
+    fs::write(folder.join("two.ron"), scenario(0.3)).unwrap();
+    let (code, told, errors) = run(
+        folder,
+        "sweep two.ron --set planning.air_limit=0.1:0.9:0.4 --format json",
+    );
+    assert!(code == Some(0) || code == Some(1), "{errors}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let rows = told["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
+        let world = planner::read_world(&scenario(row["value"].as_f64().unwrap())).unwrap();
+        let outcome = planner::plan_world(&world, &planner::Control::QUIET).unwrap();
+        let plan = &outcome.planned().unwrap().plan;
+        assert_eq!(row["sum_of_arrivals_s"], plan.fleet.sum_of_arrivals_s);
+        assert_eq!(row["status"], plan.status.as_str());
+    }
+    for (line, said) in [
+        ("sweep two.ron --set planning.airlimit=1,2", "airlimit"),
+        (
+            "sweep two.ron --set planning.air_limit=0.1,400",
+            "air_limit",
+        ),
+        ("sweep two.ron --set air_limit=1", "SECTION.KEY"),
+    ] {
+        let (code, _, errors) = run(folder, line);
+        assert_eq!(code, Some(2), "{line}: {errors}");
+        assert!(errors.contains(said), "{errors}");
+    }
+}
