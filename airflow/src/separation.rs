@@ -58,9 +58,6 @@ pub struct Passage {
     pub dose_m: f64,
     /// Energy beyond that in still air (J).
     pub extra_energy_j: f64,
-    /// How far it sinks if its power stays what it was in still air (m): without a controller, and
-    /// by the air alone.
-    pub sinks_m: f64,
 }
 
 /// Half-axes of an ellipsoid about the upper drone's centre (m).
@@ -168,9 +165,7 @@ impl Separation {
             over_limit_s: 0.0,
             dose_m: 0.0,
             extra_energy_j: 0.0,
-            sinks_m: 0.0,
         };
-        let mut sinks_mps = 0.0;
         for k in 0..PASSAGE_STEPS {
             let along_m = half_m * ((2 * k + 1) as f64 / PASSAGE_STEPS as f64 - 1.0);
             let Met { air_mps, alpha, .. } = self.met(below_m, along_m.abs());
@@ -179,9 +174,6 @@ impl Separation {
             passage.dose_m += air_mps * step_s;
             let (mass_kg, u_h_mps) = (self.lower_mass_kg, self.lower_u_h_mps);
             passage.extra_energy_j += power::extra_energy_j(mass_kg, u_h_mps, alpha, step_s);
-            let lacks = 1.0 - power::thrust_ratio_at_constant_power(alpha);
-            sinks_mps += crate::GRAVITY_MPS2 * lacks * step_s;
-            passage.sinks_m += sinks_mps * step_s;
         }
         passage
     }
@@ -310,14 +302,13 @@ mod tests {
     }
 
     #[test]
-    fn a_passage_costs_half_at_twice_the_speed_and_sinks_a_quarter() {
+    fn a_passage_costs_half_at_twice_the_speed() {
         let pair = of("kolibri", "matrice-300");
         let [slow, fast] = [1.0, 2.0].map(|it| pair.passage(4.0, it, 0.3));
         assert!((slow.alpha - pair.met(4.0, 0.0).alpha).abs() < 0.01 * slow.alpha);
         assert!((slow.dose_m / fast.dose_m - 2.0).abs() < 1e-9);
         assert!((slow.extra_energy_j / fast.extra_energy_j - 2.0).abs() < 1e-9);
         assert!((slow.over_limit_s / fast.over_limit_s - 2.0).abs() < 1e-9);
-        assert!((slow.sinks_m / fast.sinks_m - 4.0).abs() < 1e-9);
         // A far jet's width grows with depth: the dose against a sum of its own.
         let step_m = 1e-3;
         let sum: f64 = (-20_000..20_000)

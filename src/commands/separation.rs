@@ -101,7 +101,6 @@ struct Passing {
     over_limit_s: f64,
     dose_m: f64,
     extra_energy_j: f64,
-    sinks_m: f64,
 }
 
 pub(super) fn above_0(text: &str) -> Result<f64, String> {
@@ -143,7 +142,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             over_limit_s,
             dose_m,
             extra_energy_j,
-            sinks_m,
             ..
         } = pair.passage(below_m, arguments.speed, limit);
         Row {
@@ -156,7 +154,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 over_limit_s,
                 dose_m,
                 extra_energy_j,
-                sinks_m,
             },
         }
     };
@@ -235,15 +232,15 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
             format!("{:.2}", passing.over_limit_s),
             format!("{:.2}", passing.dose_m),
             format!("{:.1}", passing.extra_energy_j),
-            format!("{:.2}", passing.sinks_m),
         ]
         .into()
     });
-    let headings = "below (m)|air (m/s)|alpha|power|beside (m)|over limit (s)|exposure (m)|energy (J)|sinks (m)";
+    let headings =
+        "below (m)|air (m/s)|alpha|power|beside (m)|over limit (s)|exposure (m)|energy (J)";
     report.section("Straight below, and passing", vec![
         Part::table("rrrrrrrrr", headings, rows),
         Part::line(format!(
-            "The first four columns: hovering straight below. Beside: where the limit is kept at that depth. The last four: passing through the axis at {speed_mps} m/s; sinks: at the power of still air, without a controller."
+            "The first four columns: hovering straight below. Beside: where the limit is kept at that depth. The last three: passing through the axis at {speed_mps} m/s."
         )),
         Part::line("Mean flow in still air; gusts of about a quarter come on top, and the worst of all azimuths counts. The column's rule stands beside the air's."),
     ]);
