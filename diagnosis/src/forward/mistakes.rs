@@ -22,13 +22,13 @@ const ABOVE_ACCURACY: f64 = 5.0;
 /// square of the speed, so the thrust would be off by a factor of six.
 const FACTOR: f64 = 2.5;
 /// Share of the variance that is left unexplained: below the first the geometry is right; a slip is
-/// undone where less than the second is left, and less than a quarter of what was. `plan prove`'s families
-/// (seed 9, both halves) hold them: of those none is called a slip.
+/// undone where less than the second is left, and less than a quarter of what was. `plan prove`'s
+/// families (seed 9, both halves) hold them: of those none is called a slip.
 const RIGHT: f64 = 0.15;
 const EXPLAINED: f64 = 0.3;
 const OF_BEFORE: f64 = 0.25;
 /// Correlation of readings and simulation below which they have nothing in common. Chosen here:
-/// draws of 40 readings that have none reach it in a fifth of the cases, of 400 in a ten thousandth.
+/// of 40 readings that have none a tenth reach it by chance, of 400 one in ten thousand.
 const UNRELATED: f64 = 0.2;
 /// Rows by which readings stand beside the wrong places: fewer may be a clock. Chosen here.
 const FEWEST_ROWS: usize = 20;

@@ -288,7 +288,8 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
         ),
         (&plausible::PRESSURE, pressure_pa, field("pressure_pa")),
     ] {
-        if let Some(value) = value {
+        // What is not positive was told.
+        if let Some(value) = value.filter(|value| *value > 0.0) {
             range.holds(value, place, found);
         }
     }

@@ -5,11 +5,10 @@
 //!
 //! `found`: problems and remarks as they are met. `table` and `json`: the files as such. `columns`:
 //! names, units, and a table of vehicles. `samples`, `conventions`, `checks` and `track`: one
-//! vehicle as logged, how that is meant, judged, and turned into the world. `plausible`: numbers that
-//! cannot be meant. `declared`: the words
-//! of a baseline. Then one file a format: `folder`: tables with their metadata, and `probes` of
-//! one; `campaign`: what the logs of some flights leave unsaid; `flight`: one table; `ulog`: PX4; `needed`: what a log
-//! without metadata asks for.
+//! vehicle as logged, how that is meant, judged, and turned into the world. `plausible`: numbers
+//! that cannot be meant. `declared`: the words of a baseline. Then one file a format: `folder`:
+//! tables with their metadata, and `probes` of one; `campaign`: what the logs of some flights leave
+//! unsaid; `flight`: one table; `ulog`: PX4; `needed`: what a log without metadata asks for.
 
 mod campaign;
 mod checks;

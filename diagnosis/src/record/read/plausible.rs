@@ -392,9 +392,8 @@ fn motion(track: &Track) -> Option<(String, String)> {
     };
     const AXES: [&str; 3] = ["x", "y", "z"];
     let pair = |i: usize, j: usize| axis(&|s: &Stretch| (s.moved_m[i], s.integrated_m[j]));
-    for i in 0..3 {
+    for (i, name) in AXES.into_iter().enumerate() {
         if pair(i, i).is_some_and(|r| r < -ALIKE) {
-            let name = AXES[i];
             let said = format!("its {name} falls while its v{name} says that it rises");
             return Some((said, format!("the sign of {name} or of v{name} is turned")));
         }
@@ -402,7 +401,7 @@ fn motion(track: &Track) -> Option<(String, String)> {
         if let Some(j) = other
             && pair(i, i).is_none_or(|r| r.abs() < UNLIKE)
         {
-            let (name, other) = (AXES[i], AXES[j]);
+            let other = AXES[j];
             let said = format!("its {name} moves as its v{other} says, not as its v{name}");
             return Some((said, "axes are swapped, or columns shifted".to_owned()));
         }

@@ -41,8 +41,8 @@ const OUTPUTS: [(&str, [f64; 2], [f64; 2]); 2] = [
     ),
     ("commands of 0 to 8191", [0.0, 8191.0], [0.0, 8192.0]),
 ];
-/// Motors turn above this share of full, and change by more than the second. Chosen here: servos
-/// and outputs that stand do not both.
+/// Motors turn above this share of full, and, of another instance than the first, change by more
+/// than the second. Chosen here: servos and outputs that stand do not both.
 const TURNS: f64 = 0.1;
 const CHANGES: f64 = 0.01;
 
@@ -214,7 +214,7 @@ fn motors<'t>(
         };
         let changes: Option<Vec<f64>> = motors.iter().map(of_motor).collect();
         let least = changes?.into_iter().fold(f64::INFINITY, f64::min);
-        (least > CHANGES).then_some(least)
+        Some(least)
     };
     let direct = instances("actuator_motors").map(|(instance, topic, logged)| {
         let motors: Vec<_> = logged.iter().map(|of| share(of, [0.0, 1.0])).collect();
@@ -232,7 +232,8 @@ fn motors<'t>(
     let best = |candidates: Vec<(u8, &'t Topic, Vec<Vec<f64>>, &'static str)>| {
         let judged = candidates
             .into_iter()
-            .filter_map(|of| Some((turning(&of.2)?, of)));
+            .filter_map(|of| Some((turning(&of.2)?, of)))
+            .filter(|(changes, (instance, ..))| *instance == 0 || *changes > CHANGES);
         judged.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, of)| of)
     };
     let motors = match best(direct.collect()) {
