@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use planner::scenario::with_setting;
 use planner::{Control, Outcome};
 use serde::Serialize;
 
@@ -101,105 +102,6 @@ fn setting(text: &str) -> Result<Setting, String> {
     }
 }
 
-/// A scenario's text with a setting at a value: in place of what it says, or added.
-fn with_setting(text: &str, section: &str, key: &str, value: f64) -> Option<String> {
-    let whole = record(text, 0..text.len(), None)?;
-    let Some(inside) = record(text, whole.clone(), Some(section)) else {
-        let mut changed = text.to_owned();
-        changed.insert_str(whole.start, &format!("{section}: ({key}: {value}), "));
-        return Some(changed);
-    };
-    let mut changed = text.to_owned();
-    match value_of(text, inside.clone(), key) {
-        Some(old) => changed.replace_range(old, &value.to_string()),
-        None => changed.insert_str(inside.start, &format!("{key}: {value}, ")),
-    }
-    Some(changed)
-}
-
-/// Bytes of a text that are no comments and no strings, with how deep in brackets they are; depth
-/// of an opening bracket: that outside it.
-fn code(text: &str) -> Vec<(usize, u8, usize)> {
-    let bytes = text.as_bytes();
-    let mut found = Vec::with_capacity(bytes.len());
-    let (mut at, mut depth) = (0, 0_usize);
-    while at < bytes.len() {
-        let rest = &text[at..];
-        if rest.starts_with("//") {
-            at += rest.find('\n').unwrap_or(rest.len());
-        } else if rest.starts_with("/*") {
-            at += rest.find("*/").map_or(rest.len(), |it| it + 2);
-        } else if bytes[at] == b'"' {
-            at += 1;
-            while at < bytes.len() && bytes[at] != b'"' {
-                at += if bytes[at] == b'\\' { 2 } else { 1 };
-            }
-            at += 1;
-        } else {
-            let byte = bytes[at];
-            depth -= usize::from(b")]}".contains(&byte) && depth > 0);
-            found.push((at, byte, depth));
-            depth += usize::from(b"([{".contains(&byte));
-            at += 1;
-            while at < bytes.len() && !text.is_char_boundary(at) {
-                at += 1;
-            }
-        }
-    }
-    found
-}
-
-/// What stands between the round brackets of a record: of the whole text, or of a key within one.
-fn record(
-    text: &str,
-    within: std::ops::Range<usize>,
-    key: Option<&str>,
-) -> Option<std::ops::Range<usize>> {
-    let from = match key {
-        None => within.start,
-        Some(key) => value_of(text, within.clone(), key)?.start,
-    };
-    let code = code(text);
-    let mut after = code.iter().skip_while(|it| it.0 < from);
-    let &(open, _, depth) = after.find(|it| it.1 == b'(')?;
-    let &(close, ..) = after.find(|it| it.1 == b')' && it.2 == depth)?;
-    Some(open + 1..close)
-}
-
-/// The value of a key of the record that a range is the inside of.
-fn value_of(
-    text: &str,
-    inside: std::ops::Range<usize>,
-    key: &str,
-) -> Option<std::ops::Range<usize>> {
-    let code: Vec<_> = code(text)
-        .into_iter()
-        .filter(|it| inside.contains(&it.0))
-        .collect();
-    let depth = code.iter().map(|it| it.2).min()?;
-    let is_word = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
-    let starts =
-        (0..code.len()).filter(|&k| code[k].2 == depth && (k == 0 || !is_word(code[k - 1].1)));
-    for k in starts {
-        let at = code[k].0;
-        let Some(rest) = text[at..inside.end].strip_prefix(key) else {
-            continue;
-        };
-        let Some(value) = rest.trim_start().strip_prefix(':') else {
-            continue;
-        };
-        let value = value.trim_start();
-        let from = inside.end - value.len();
-        let end = code
-            .iter()
-            .find(|it| it.0 >= from && it.1 == b',' && it.2 == depth);
-        let to = end.map_or(inside.end, |it| it.0);
-        let told = text[from..to].trim_end();
-        return Some(from..from + told.len());
-    }
-    None
-}
-
 /// Exit codes: 0 every value has a plan with all drones; 1: one has none.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let text = read_source(&arguments.scenario)?;
@@ -212,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plain = world_of(&arguments.scenario, &text, None)?;
     let mut rows = Vec::with_capacity(values.len());
     for &value in values {
-        let changed = with_setting(&text, section, key, value).unwrap_or_else(|| text.clone());
+        let changed = with_setting(&text, (section, key), value);
         let world = world_of(&arguments.scenario, &changed, None)?;
         let outcome = planner::plan_world(&world, &Control::QUIET)
             .map_err(|faults| Failure::Drawn(faults.to_string()))?;
@@ -308,28 +210,6 @@ fn report(swept: &Swept) -> Report {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_setting_is_replaced_where_it_stands_and_added_where_it_does_not() {
-        let text = r#"Scenario(name: "planning: (air_limit: 9)", // planning: (air_limit: 8)
-            drones: [(air_limit: 0.2, tasks: [(to_m: (1, 2, 3))])],
-            planning: (cell_m: 1, air_limit: 0.3 /* alpha */, seed: 0))"#;
-        let changed = with_setting(text, "planning", "air_limit", 0.45).expect("changed");
-        assert_eq!(
-            changed,
-            text.replace("air_limit: 0.3 /* alpha */", "air_limit: 0.45")
-        );
-        let added = with_setting(text, "planning", "clearance_m", 0.2).expect("changed");
-        assert!(
-            added.contains("planning: (clearance_m: 0.2, cell_m: 1"),
-            "{added}"
-        );
-        let new = with_setting(text, "air", "temperature_c", 30.0).expect("changed");
-        assert!(
-            new.starts_with("Scenario(air: (temperature_c: 30), name:"),
-            "{new}"
-        );
-    }
 
     #[test]
     fn values_are_a_range_or_a_list() {

@@ -48,6 +48,7 @@ pub use intended::{Intended, IntendedError, intended_as_plan};
 pub use placement::{Misfit, Misplaced, Spot};
 pub use problem::{Cited, Problem, Problems};
 pub use schema::schema;
+pub use source::with_setting;
 
 use crate::scenario::world::World;
 

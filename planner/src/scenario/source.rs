@@ -62,6 +62,40 @@ pub(super) fn root(text: &str) -> Result<Value<'_>, Box<Problem>> {
     })
 }
 
+/// A scenario's text with a number in place of what one of its sections says for a key, or added
+/// there. A text that is no record is left as it is: reading it says what is wrong.
+#[must_use]
+pub fn with_setting(text: &str, (section, key): (&str, &str), value: f64) -> String {
+    let mut changed = text.to_owned();
+    let Ok(whole) = root(text) else {
+        return changed;
+    };
+    let Some(sections) = whole.pairs("Scenario") else {
+        return changed;
+    };
+    let known = sections.iter().find(|it| it.key == section);
+    let record = known.and_then(|it| it.value.given());
+    let fields = record.and_then(|it| it.pairs(it.name()));
+    let field = fields
+        .iter()
+        .flatten()
+        .find(|it| it.key == key)
+        .map(|it| it.value.at());
+    match (known, record, field) {
+        (_, _, Some(at)) => changed.replace_range(at, &value.to_string()),
+        (_, Some(record), None) => {
+            changed.insert_str(record.inside(), &format!("{key}: {value}, "));
+        }
+        (Some(none), None, None) => {
+            changed.replace_range(none.value.at(), &format!("({key}: {value})"));
+        }
+        (None, None, None) => {
+            changed.insert_str(whole.inside(), &format!("{section}: ({key}: {value}), "));
+        }
+    }
+    changed
+}
+
 impl<'t> Value<'t> {
     /// Where it stands, in bytes of the whole text.
     pub(super) fn at(&self) -> Range<usize> {
@@ -117,8 +151,7 @@ impl<'t> Value<'t> {
     /// The fields of `(a: 1, b: 2)`, repeated keys included. The name before the bracket is
     /// optional.
     pub(super) fn pairs(&self, name: &str) -> Option<Vec<Pair<'t>>> {
-        let typed = self.text.split(['(', '/']).next();
-        let typed = typed.unwrap_or_default().trim_end();
+        let typed = self.name();
         if !self.text.ends_with(')') || (!typed.is_empty() && typed != name) {
             return None;
         }
@@ -131,6 +164,19 @@ impl<'t> Value<'t> {
             })
         };
         self.parts('(').iter().map(pair).collect()
+    }
+
+    /// What is typed before its bracket.
+    fn name(&self) -> &'t str {
+        let typed = self.text.split(['(', '/']).next();
+        typed.unwrap_or_default().trim_end()
+    }
+
+    /// Behind its first round bracket, in bytes of the whole text; its start without one.
+    fn inside(&self) -> usize {
+        let mut tokens = Tokens::of(self.text);
+        let open = tokens.find(|it| self.text.as_bytes()[it.at] == b'(');
+        self.start + open.map_or(0, |it| it.end)
     }
 
     /// What it looks like, for messages.
@@ -296,4 +342,41 @@ fn open_bracket(text: &str) -> Option<(usize, char)> {
         }
     }
     open.pop()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_is_replaced_where_it_stands_and_added_where_it_does_not() {
+        let text = r#"Scenario(name: "planning: (air_limit: 9)", // planning: (air_limit: 8)
+            drones: [(air_limit: 0.2, tasks: [(to_m: (1, 2, 3))])],
+            planning: (cell_m: 1, air_limit: 0.3 /* alpha */, seed: 0))"#;
+        let changed = with_setting(text, ("planning", "air_limit"), 0.45);
+        assert_eq!(
+            changed,
+            text.replace("air_limit: 0.3 /* alpha */", "air_limit: 0.45 /* alpha */")
+        );
+        let added = with_setting(text, ("planning", "clearance_m"), 0.2);
+        assert!(
+            added.contains("planning: (clearance_m: 0.2, cell_m: 1"),
+            "{added}"
+        );
+        let new = with_setting(text, ("air", "temperature_c"), 30.0);
+        assert!(
+            new.starts_with("Scenario(air: (temperature_c: 30), name:"),
+            "{new}"
+        );
+        let wrapped = text
+            .replace("planning: (", "planning: Some(Planning(")
+            .replace("seed: 0))", "seed: 0)))");
+        let changed = with_setting(&wrapped, ("planning", "air_limit"), 0.45);
+        assert_eq!(
+            changed,
+            wrapped.replace("air_limit: 0.3 /* alpha */", "air_limit: 0.45 /* alpha */")
+        );
+        let none = with_setting("Scenario(air: None)", ("air", "temperature_c"), 30.0);
+        assert_eq!(none, "Scenario(air: (temperature_c: 30))");
+    }
 }
