@@ -430,9 +430,10 @@ impl Costmap {
         true
     }
 
-    /// Adds whether one drone is in the way of a leg, with all that it has met so far.
-    pub fn judge_against(&self, drone: DroneId, leg: &Leg, spares: bool, verdict: &mut Verdict) {
-        let (budget, price_s) = (self.budget_of(leg, spares), verdict.price_s);
+    /// Adds whether one drone is in the way of a leg, with all that it meets so far, and a part of
+    /// its budget left to drones that come later.
+    pub fn judge_against(&self, drone: DroneId, leg: &Leg, verdict: &mut Verdict) {
+        let (budget, price_s) = (self.budget_of(leg, true), verdict.price_s);
         for part in parts(leg) {
             let own = Footprint::around(&part, 0.0);
             let [since, until] = self.window(&part);

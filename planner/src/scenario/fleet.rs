@@ -20,10 +20,11 @@ use super::limits::AIR_LIMIT;
 use super::places::{bounds, obstacle, zone};
 use super::problem::{Problem, Problems};
 use super::source::Value;
-use super::world::World;
+use super::world::{Vehicle, World};
 use super::written::{self, At, Bounds, Written};
 use super::{Files, meaning, read};
-use crate::plan::{AtEnd, AtStart};
+use crate::plan::file::{Claims, PlanFile};
+use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan};
 
 /// Who is in a log or a show.
 pub(super) struct Members<'a> {
@@ -93,6 +94,32 @@ impl FleetFile {
             Some(world) => Ok((world, remarks)),
             None => Err(Problems(self.problems)),
         }
+    }
+}
+
+/// What these fly, as a plan to judge: a log or a show says where drones are, not what they keep.
+pub(super) fn as_plan(world: &World, drones: Vec<DronePlan>, remarks: Vec<String>) -> PlanFile {
+    PlanFile {
+        claims: Claims::of_none(drones.len()),
+        plan: Plan {
+            clearance_m: 0.0,
+            margins: Margins::default(),
+            ..world.plan_of(drones)
+        },
+        filled: Vec::new(),
+        remarks,
+    }
+}
+
+/// The airframe of a drone that flies up to a speed (m/s) and states no other limit.
+pub(super) fn without_limits(vehicle: &Vehicle, world: &World, speed_mps: f64) -> AirframeEntry {
+    AirframeEntry {
+        max_speed_mps: speed_mps,
+        max_climb_mps: None,
+        max_descent_mps: None,
+        max_acceleration_mps2: None,
+        max_jerk_mps3: None,
+        ..vehicle.entry(world.air.density_kg_per_m3())
     }
 }
 

@@ -15,13 +15,13 @@ use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 use super::Files;
-use super::fleet::{Members, read_fleet};
+use super::fleet::{Members, as_plan, read_fleet, without_limits};
 use super::limits::{MASS_KG, PLACE_M};
 use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
 use super::solid::Solids;
-use crate::plan::file::{Claims, PlanFile};
-use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, TrajectoryEntry};
+use crate::plan::file::PlanFile;
+use crate::plan::{AtEnd, AtStart, DronePlan, TrajectoryEntry};
 use crate::scenario::world::{Drone, World};
 
 /// Noise of a drone at rest stays within this (m), chosen here: twice that of motion capture in
@@ -210,18 +210,8 @@ pub fn samples_as_plan(
         let of_one = samples.of.get(&drone.name).map_or(&[][..], Vec::as_slice);
         flown((&world, &solids), drone, of_one, begins_s, &mut remarks)
     });
-    let drones: Vec<DronePlan> = drones.collect();
-    Ok(PlanFile {
-        claims: Claims::of_none(drones.len()),
-        plan: Plan {
-            // A log says where drones were, not what they kept.
-            clearance_m: 0.0,
-            margins: Margins::default(),
-            ..world.plan_of(drones)
-        },
-        filled: Vec::new(),
-        remarks,
-    })
+    let drones = drones.collect();
+    Ok(as_plan(&world, drones, remarks))
 }
 
 /// A box around all samples; its floor is at 0, or a metre below the lowest where that is below.
@@ -313,17 +303,11 @@ fn flown(
     let pieces = flown
         .windows(2)
         .map(|two| (two[1].position_m - two[0].position_m).norm() / (two[1].t_s - two[0].t_s));
+    // From sample to sample noise is faster than the drone, in every direction.
+    let speed_mps = pieces.fold(vehicle.max_speed_mps, f64::max) * 1.001;
     DronePlan {
         name: drone.name.clone(),
-        airframe: AirframeEntry {
-            // From sample to sample noise is faster than the drone, in every direction.
-            max_speed_mps: pieces.fold(vehicle.max_speed_mps, f64::max) * 1.001,
-            max_climb_mps: None,
-            max_descent_mps: None,
-            max_acceleration_mps2: None,
-            max_jerk_mps3: None,
-            ..vehicle.entry(world.air.density_kg_per_m3())
-        },
+        airframe: without_limits(vehicle, world, speed_mps),
         air_limit: drone.air_limit,
         enters_s: (first.t_s > ENTERS_S).then_some(first.t_s),
         at_start,

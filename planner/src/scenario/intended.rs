@@ -10,14 +10,14 @@ use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 use super::Files;
-use super::fleet::{Members, read_fleet};
+use super::fleet::{Members, as_plan, read_fleet, without_limits};
 use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
 use super::solid::Solids;
 use super::world::{Drone, World};
-use crate::plan::file::{Claims, PlanFile, airborne_s};
+use crate::plan::file::{PlanFile, airborne_s};
 use crate::plan::trajectory::{Motion, SAME_PLACE_M};
-use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, TrajectoryEntry};
+use crate::plan::{AtEnd, AtStart, DronePlan, TrajectoryEntry};
 
 /// A place this far below the floor is a mistake in the file's axes (m), chosen here: pads are
 /// measured to a few centimetres.
@@ -112,18 +112,7 @@ pub fn intended_as_plan(
     let solids = Solids::new(&world.obstacles);
     let flown = world.drones.iter().zip(drones);
     let flown = flown.map(|(drone, intended)| plan_of(&world, &solids, drone, intended));
-    let flown: Vec<DronePlan> = flown.collect();
-    Ok(PlanFile {
-        claims: Claims::of_none(flown.len()),
-        plan: Plan {
-            // A show says where drones are to be, not what they keep.
-            clearance_m: 0.0,
-            margins: Margins::default(),
-            ..world.plan_of(flown)
-        },
-        filled: Vec::new(),
-        remarks,
-    })
+    Ok(as_plan(&world, flown.collect(), remarks))
 }
 
 /// What keeps a plan from being made at all.
@@ -321,14 +310,7 @@ fn plan_of(world: &World, solids: &Solids, drone: &Drone, intended: Intended) ->
     }
     let mut flown = DronePlan {
         name: drone.name.clone(),
-        airframe: AirframeEntry {
-            max_speed_mps: vehicle.max_speed_mps.max(1.001 * speed_mps),
-            max_climb_mps: None,
-            max_descent_mps: None,
-            max_acceleration_mps2: None,
-            max_jerk_mps3: None,
-            ..vehicle.entry(world.air.density_kg_per_m3())
-        },
+        airframe: without_limits(vehicle, world, vehicle.max_speed_mps.max(1.001 * speed_mps)),
         air_limit: drone.air_limit,
         at_start,
         at_end,

@@ -29,10 +29,7 @@ pub(crate) struct Refuted {
 impl Refuted {
     /// Adds what is against a leg between two places; `false` if that is known.
     pub(super) fn add(&mut self, ends: (Vertex, Vertex), leg: &Leg, against: &Verdict) -> bool {
-        let full = against
-            .blockers
-            .iter()
-            .filter(|it| it.why == Why::TheirLimit);
+        let full = (against.blockers.iter()).filter(|it| it.why == Why::TheirLimit);
         self.full.extend(full.map(|it| it.drone));
         self.full.sort_unstable();
         self.full.dedup();
@@ -64,12 +61,9 @@ impl Refuted {
         self.doubted.contains(&ends)
     }
 
-    /// Adds those who bear no more and would be loaded by a leg.
-    pub(super) fn add_full(&self, setting: &Setting<'_>, leg: &Leg, verdict: &mut Verdict) {
-        let spares = setting.reservations.is_some();
-        for &drone in &self.full {
-            (setting.costmap).judge_against(drone, leg, spares, verdict);
-        }
+    /// Drones that bear no more at some time.
+    pub(super) fn full(&self) -> &[DroneId] {
+        &self.full
     }
 
     /// Adds who is in the way of a step that departs at a moment.

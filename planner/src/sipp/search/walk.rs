@@ -630,8 +630,10 @@ impl<'a> Search<'a> {
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
-                for leg in self.doing(from, label) {
-                    self.refuted.add_full(&self.setting, &leg, verdict);
+                for &full in self.refuted.full() {
+                    for leg in self.doing(from, label) {
+                        (self.setting.costmap).judge_against(full, &leg, verdict);
+                    }
                 }
             }
             Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
