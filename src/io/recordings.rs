@@ -3,13 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::BufReader;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{Group, Level};
 use diagnosis::record::problem::{Problem, Problems};
 use diagnosis::record::read::{self, Campaign};
 use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::{Remark, RemarkKind};
 use rayon::prelude::*;
 
 use super::failure::Failure;
@@ -36,6 +37,7 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
     }
     sources.sort();
     sources.dedup();
+    let copies = take_copies(&mut sources)?;
     let campaigns: Vec<Option<PathBuf>> = sources
         .iter()
         .map(|source| source.campaign(meta))
@@ -54,16 +56,71 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
         .map(|(source, file)| source.read(file.as_ref().map(|file| &parsed[file])))
         .collect();
     let mut recordings = Vec::with_capacity(read.len());
-    let mut problems = Vec::new();
-    for one in read {
+    let (mut problems, mut left_out) = (Vec::new(), Vec::new());
+    for (source, one) in sources.iter().zip(read) {
         match one? {
             Ok(recording) => recordings.push(recording),
-            Err(Problems(more)) => problems.extend(more),
+            Err(Problems(more)) if source.kind == Kind::Folder || paths.contains(&source.path) => {
+                problems.extend(more);
+            }
+            Err(more) => left_out.push((source, more.0)),
         }
     }
-    match problems.is_empty() {
-        true => Ok(recordings),
-        false => Err(refused(Problems(problems))),
+    let Some(first) = recordings.first_mut().filter(|_| problems.is_empty()) else {
+        problems.extend(left_out.into_iter().flat_map(|(_, more)| more));
+        return Err(refused(Problems(problems)));
+    };
+    for (source, problems) in left_out {
+        let told = problems.first().map_or(String::new(), |problem| {
+            let help = problem.help.iter().map(|help| format!(" ({help})"));
+            format!(": {problem}{}", help.collect::<String>())
+        });
+        let message = format!("the flight {} is left out{told}", source.path.display());
+        let kind = RemarkKind::Unused;
+        first.remarks.push(Remark::new(kind, None, message));
+    }
+    for (copy, of) in copies {
+        let message = format!(
+            "{} is a copy of {}: one flight",
+            copy.display(),
+            of.display()
+        );
+        let kind = RemarkKind::Unused;
+        first.remarks.push(Remark::new(kind, None, message));
+    }
+    Ok(recordings)
+}
+
+/// Takes out logs that hold the same bytes as one before; of each its path and the other's.
+fn take_copies(sources: &mut Vec<Source>) -> Result<Vec<(PathBuf, PathBuf)>, Failure> {
+    let mut by_size: BTreeMap<u64, Vec<PathBuf>> = BTreeMap::new();
+    let mut copies = Vec::new();
+    for source in sources.iter().filter(|of| of.kind == Kind::Log) {
+        let path = &source.path;
+        let of = fs::metadata(path).map_err(Failure::read(path))?;
+        let alike = by_size.entry(of.len()).or_default();
+        let is_same = |other: &&PathBuf| matches!(is_same(path, other), Ok(true));
+        match alike.iter().find(is_same) {
+            Some(other) => copies.push((path.clone(), other.clone())),
+            None => alike.push(path.clone()),
+        }
+    }
+    sources.retain(|source| copies.iter().all(|(copy, _)| *copy != source.path));
+    Ok(copies)
+}
+
+/// Whether two files of one size hold the same bytes; read piece by piece.
+fn is_same(one: &Path, other: &Path) -> std::io::Result<bool> {
+    let open = |path| Ok::<_, std::io::Error>(BufReader::new(fs::File::open(path)?));
+    let (mut one, mut other) = (open(one)?, open(other)?);
+    loop {
+        let (a, b) = (one.fill_buf()?, other.fill_buf()?);
+        let read = a.len().min(b.len());
+        if read == 0 || a[..read] != b[..read] {
+            return Ok(a.is_empty() && b.is_empty());
+        }
+        one.consume(read);
+        other.consume(read);
     }
 }
 
@@ -220,11 +277,23 @@ impl Source {
         let found = candidates.find_map(|up| Some(up.join(CAMPAIGN)).filter(|file| file.is_file()));
         let help = || {
             format!(
-                "name one with --meta, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above; recordings/README.md says what it holds"
+                "name one with --meta, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above. The fewest lines that would do, with each ? filled in:\n\n{}\nrecordings/README.md says what else it may hold",
+                self.needed()
             )
         };
         let missing = || unusable(&self.path, "has no campaign file", &help());
         found.ok_or_else(missing).map(Some)
+    }
+
+    /// The fewest lines of a campaign file that would do.
+    fn needed(&self) -> String {
+        let file = self.path.display().to_string();
+        let bytes = match self.kind {
+            Kind::Log => bytes(&self.path).unwrap_or_default(),
+            // PX4's, of which the name says all that is asked.
+            Kind::Tables | Kind::Folder => Vec::new(),
+        };
+        read::needed(&self.name, &file, &bytes)
     }
 
     /// Its problems, or what the disk refused.

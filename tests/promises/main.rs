@@ -18,6 +18,7 @@ mod fuzz;
 mod hover;
 mod imports;
 mod instances;
+mod mutations;
 mod near_field;
 #[cfg(feature = "long")]
 mod neural_swarm;

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::forward::hypothesis::Hypothesis;
+use crate::forward::mistakes::{Mistake, mistaken};
 use crate::forward::observed::{COVARIATES, Explained, Observed};
 use crate::forward::simulate::Channel;
 use crate::infer::actuation::{self, Cause};
@@ -30,7 +31,7 @@ use crate::statistics::quantile::{difference, nearest_rank, root_mean_square};
 use crate::statistics::trees::HeldOut as HeldOutTrees;
 
 /// Why a recording cannot be diagnosed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DiagnoseError {
     /// Nothing recorded that could be simulated.
     #[error("\"{0}\" has no reading of a probe or a receiver that could be simulated")]
@@ -41,6 +42,9 @@ pub enum DiagnoseError {
         "\"{0}\" has {1} blocks of independent readings; at least {FOLDS} are needed to hold any out"
     )]
     TooShort(String, usize),
+    /// A slip of units or axes, which no physics explains.
+    #[error("\"{0}\": {message}; {help}", message = .1.message, help = .1.help)]
+    Mistaken(String, Mistake),
 }
 
 /// Most times that the noise is read again around the best explanation so far, and what a clearly
@@ -81,6 +85,9 @@ pub fn diagnose_channel(
 ) -> Result<Finding, DiagnoseError> {
     let observed = Observed::of(recording, channel)
         .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
+    if let Some(mistake) = mistaken(recording) {
+        return Err(DiagnoseError::Mistaken(recording.name.clone(), mistake));
+    }
     let mut candidates = applicable(&observed);
     // A payload shows in the throttle and has been looked for there: where that is logged it is no
     // candidate any more.

@@ -135,3 +135,38 @@ fn the_tables_of_one_px4_log_are_one_recording() {
     assert_eq!(names(&read), ["log_7"]);
     assert_eq!(read[0].vehicles[0].track.position_m[0].z, 1.0);
 }
+
+#[test]
+fn a_flight_that_cannot_be_used_is_left_out_with_a_remark_and_copies_are_one_flight() {
+    let folder = folder(&[
+        ("campaign.ron", CAMPAIGN_RON.as_bytes()),
+        ("a.csv", LOG.as_bytes()),
+        ("b.csv", b"t_s,x_m,y_m,z_m\n0,zero,0,1\n"),
+        ("c.csv", LOG.as_bytes()),
+    ]);
+    let read = read_all(&[folder.path().to_owned()], None).expect("one is left");
+    assert_eq!(names(&read), ["a"]);
+    let remarks: Vec<&str> = read[0]
+        .remarks
+        .iter()
+        .map(|of| of.message.as_str())
+        .collect();
+    let is_told = |words: &str| remarks.iter().any(|remark| remark.contains(words));
+    assert!(is_told("b.csv is left out"), "{remarks:#?}");
+    assert!(is_told("is not a number: \"zero\""), "{remarks:#?}");
+    assert!(is_told("c.csv is a copy of"), "{remarks:#?}");
+    // What is named is not left out.
+    let said = said(read_all(
+        &[folder.path().join("a.csv"), folder.path().join("b.csv")],
+        None,
+    ));
+    assert!(said.contains("b.csv:2"), "{said}");
+}
+
+#[test]
+fn a_log_without_metadata_asks_for_the_fewest_lines_that_would_do() {
+    let folder = folder(&[("a.csv", LOG.as_bytes())]);
+    let path = folder.path().join("a.csv");
+    let asked = said(read_all(std::slice::from_ref(&path), None));
+    assert!(asked.contains("vehicles: { \"a\": \"drone\" }"), "{asked}");
+}

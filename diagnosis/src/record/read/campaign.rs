@@ -4,7 +4,7 @@
 use std::fmt;
 use std::marker::PhantomData;
 
-use airflow::{Airframe, GRAVITY_MPS2};
+use airflow::{Air, Airframe, GRAVITY_MPS2};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
@@ -12,6 +12,7 @@ use super::columns;
 use super::conventions::{Acceleration, Frame, Pitch, Turns};
 use super::declared::{Declared, baseline};
 use super::found::{Found, did_you_mean, listed};
+use super::plausible;
 use crate::record::baseline::Baseline;
 use crate::record::checked::{Finite, NotNegative, Positive};
 use crate::record::problem::{Problem, Problems};
@@ -130,6 +131,46 @@ impl Campaign {
         self.gravity_mps2.map_or(GRAVITY_MPS2, |gravity| gravity.0)
     }
 
+    /// Temperature and pressure, where they are stated.
+    pub(super) fn stated_air(&self) -> Option<Air> {
+        self.air.map(|air| Air {
+            temperature_c: air.temperature_c.0,
+            pressure_pa: air.pressure_pa.0,
+        })
+    }
+
+    /// Numbers that cannot be meant.
+    fn doubt(&self, file: &str, text: &str, found: &mut Found) {
+        let place = |field: &str| Problem {
+            line: line_of(text, field),
+            ..Problem::field(file, field)
+        };
+        if let Some(gravity) = self.gravity_mps2 {
+            plausible::GRAVITY.holds(gravity.0, place("gravity_mps2"), found);
+        }
+        if let Some(air) = self.stated_air() {
+            plausible::TEMPERATURE_C.holds(air.temperature_c, place("temperature_c"), found);
+            plausible::PRESSURE.holds(air.pressure_pa, place("pressure_pa"), found);
+        }
+        for (name, of) in &self.types.0 {
+            let airframe = Airframe::new(
+                name,
+                of.mass_kg.value().0,
+                of.propellers,
+                of.propeller_diameter_m.value().0,
+                of.motor_distance_m.value().0,
+                of.width_factor.0,
+            );
+            let place = |field: &str| Problem {
+                line: line_of(text, &format!("\"{name}\"")),
+                ..Problem::field(file, &format!("types.{name}.{field}"))
+            };
+            if let Ok(airframe) = airframe {
+                plausible::airframe(&airframe, self.gravity_mps2(), place, found);
+            }
+        }
+    }
+
     fn check(&self, file: &str, text: &str, found: &mut Found) {
         let mut at = |field: &str, word: &str, message: String, help: Option<String>| {
             let place = Problem {
@@ -196,6 +237,7 @@ impl Campaign {
             at("ceiling_z_m", "ceiling_z_m", message, None);
         }
         baseline(file, &self.baseline, found);
+        self.doubt(file, text, found);
     }
 }
 

@@ -9,6 +9,7 @@ use super::columns::Role;
 use super::conventions::Conventions;
 use super::found::{Found, RowRemarks};
 use super::samples::Samples;
+use crate::record::problem::Problem;
 use crate::record::remark::RemarkKind;
 use crate::statistics::quantile::median;
 
@@ -22,6 +23,13 @@ const HARDEST_MPS2: f64 = 500.0;
 const NORM_TOLERANCE: f64 = 0.02;
 /// Largest throttle over hover. Chosen here: no multirotor hovers on a fifth of its throttle range.
 const MOST_THROTTLE_RATIO: f64 = 5.0;
+/// Half a turn and its rounding in a log of two decimals (rad).
+const HALF_TURN_RAD: f64 = 3.15;
+/// Highest battery (V). Chosen here: 24 cells are beyond any multirotor that is flown by hand.
+const MOST_BATTERY_V: f64 = 100.0;
+/// Steps back in time, as a share of all, from which rows are not in order. Chosen here: a log
+/// that lost its order has half.
+const BACKWARD: f64 = 0.05;
 /// How far below the floor a position may be read (m). Chosen here: a bad marker model, not a
 /// cellar.
 const BELOW_FLOOR_M: f64 = 0.2;
@@ -54,12 +62,25 @@ pub(super) struct Checked {
 
 /// Judges the rows of one vehicle and remarks on what is wrong with them.
 pub(super) fn check(
-    vehicle: &str,
+    (vehicle, file): (&str, &str),
     samples: &Samples,
     limits: &Conventions,
     found: &mut Found,
 ) -> Checked {
     let t_s = samples.column(Role::Time);
+    let place = || Problem::field(file, vehicle);
+    if is_shuffled(t_s) {
+        let help = "sort the rows by time, or name the column that holds it";
+        let message = "its rows are not in the order of time";
+        found.helped(place(), message, Some(help.to_owned()));
+    }
+    let first_yaw = samples.column(Role::Angle(2)).first();
+    let turns = std::f64::consts::TAU;
+    if let Some(yaw) = first_yaw.filter(|yaw| yaw.abs() > turns) {
+        let message = format!("its yaw begins at {yaw:.2} rad, more than a turn");
+        let help = "in degrees? `yaw_deg`, `roll_deg`, `pitch_deg`";
+        found.helped(place(), message, Some(help.to_owned()));
+    }
     let mut log = RowRemarks {
         found,
         subject: Some(vehicle),
@@ -87,7 +108,12 @@ pub(super) fn check(
     }
     frozen(samples, &keep, &mut log);
     at_full(samples, &keep, &mut log);
-    crash(samples, limits.crash_tilt_rad, &mut keep, &mut log);
+    crash(
+        samples,
+        (limits.crash_tilt_rad, place()),
+        &mut keep,
+        &mut log,
+    );
     let before_floor = keep.len();
     if let Some(touch_z_m) = limits.touch_z_m {
         let z_m = samples.column(Role::Position(2));
@@ -137,14 +163,16 @@ fn possible(role: Role) -> Option<(RangeInclusive<f64>, &'static str)> {
         Role::Acceleration(_) => (within(HARDEST_MPS2), "an acceleration beyond 500 m/s2"),
         Role::Duty(_) => (0.0..=1.0, "a duty cycle outside 0 to 1"),
         Role::Battery => (
-            f64::MIN_POSITIVE..=f64::MAX,
-            "a battery voltage of 0 or below",
+            f64::MIN_POSITIVE..=MOST_BATTERY_V,
+            "a battery voltage outside 0 to 100 V",
         ),
         Role::Throttle => (
             0.0..=MOST_THROTTLE_RATIO,
             "a throttle outside 0 to 5 times hover",
         ),
         Role::Power => (0.0..=f64::MAX, "a negative power"),
+        // Roll and pitch; a yaw may count turns.
+        Role::Angle(0 | 1) => (within(HALF_TURN_RAD), "a roll or pitch beyond half a turn"),
         Role::Time | Role::Quaternion(_) | Role::Angle(_) => return None,
     })
 }
@@ -152,6 +180,12 @@ fn possible(role: Role) -> Option<(RangeInclusive<f64>, &'static str)> {
 fn norm<const N: usize>(columns: [&[f64]; N], row: usize) -> f64 {
     let squares = columns.map(|column| column[row] * column[row]);
     squares.iter().sum::<f64>().sqrt()
+}
+
+/// Whether the rows are in no order of time: a clock that was set back once is no shuffle.
+pub(super) fn is_shuffled(t_s: &[f64]) -> bool {
+    let back = t_s.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    back > 4 && back as f64 > BACKWARD * t_s.len() as f64
 }
 
 /// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the
@@ -238,7 +272,12 @@ fn at_full(samples: &Samples, keep: &[usize], log: &mut RowRemarks<'_>) {
 }
 
 /// Cuts everything from shortly before the tilt limit is passed.
-fn crash(samples: &Samples, limit_rad: f64, keep: &mut Vec<usize>, log: &mut RowRemarks<'_>) {
+fn crash(
+    samples: &Samples,
+    (limit_rad, place): (f64, Problem),
+    keep: &mut Vec<usize>,
+    log: &mut RowRemarks<'_>,
+) {
     let Some([x, y, z, w]) = samples.group(Role::Quaternion) else {
         return;
     };
@@ -247,9 +286,21 @@ fn crash(samples: &Samples, limit_rad: f64, keep: &mut Vec<usize>, log: &mut Row
         let cosine: f64 = 1.0 - 2.0 * (x2 + y2) / (x2 + y2 + z2 + w2);
         cosine.clamp(-1.0, 1.0).acos()
     };
-    let Some(&tipped) = keep.iter().find(|&&row| tilt_rad(row) > limit_rad) else {
+    let is_tipped = |row: &&usize| tilt_rad(**row) > limit_rad;
+    let Some(&tipped) = keep.iter().find(is_tipped) else {
         return;
     };
+    // Who lies on the ground for longer than the flight took is not told from it: both are named.
+    if 2 * keep.iter().filter(is_tipped).count() > keep.len() {
+        let message = format!(
+            "its tilt is beyond {:.0} deg in more than half of the rows",
+            limit_rad.to_degrees()
+        );
+        let help = "angles in degrees, another order of the quaternion (`qx qy qz qw`) or direction (`quaternion: WorldToBody`), another frame (`NorthEastDown`), or a wreck: cut the log";
+        log.found.helped(place, message, Some(help.to_owned()));
+        keep.clear();
+        return;
+    }
     let from_s = log.t_s[tipped] - CUT_BEFORE_CRASH_S;
     let end = keep.partition_point(|&row| log.t_s[row] < from_s);
     let what = format!(

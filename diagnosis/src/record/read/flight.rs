@@ -8,6 +8,7 @@ use super::campaign::{Campaign, Sourced, VehicleType};
 use super::columns::{self, Role as Column};
 use super::conventions::{CRASH_TILT_DEG, Conventions};
 use super::found::{Found, listed};
+use super::plausible;
 use super::samples::Samples;
 use super::track::track;
 use crate::record::problem::{Problem, Problems};
@@ -63,11 +64,8 @@ pub(super) fn recording(
 }
 
 fn environment(campaign: &Campaign, found: &mut Found) -> Environment {
-    let air = match campaign.air {
-        Some(air) => Air {
-            temperature_c: air.temperature_c.0,
-            pressure_pa: air.pressure_pa.0,
-        },
+    let air = match campaign.stated_air() {
+        Some(air) => air,
         None => {
             let message = "the air is not stated: taken as 20 °C and 101325 Pa";
             found.remark(RemarkKind::Assumed, None, message);
@@ -164,10 +162,14 @@ pub(super) fn vehicle(
         kind.motor_distance_m.value().0,
         kind.width_factor.0,
     );
+    // Every number of it was checked with the campaign.
+    let airframe = airframe.ok()?;
+    let air = campaign.stated_air().unwrap_or_default();
+    let ideal_w = airframe.hover_power_w(airframe.mass_kg(), air.density_kg_per_m3());
+    plausible::power((id, file), &track, ideal_w, found);
     Some(Vehicle {
         id: id.to_owned(),
-        // Every number of it was checked with the campaign.
-        airframe: airframe.ok()?,
+        airframe,
         role: Role::Both,
         track,
         // Its numbers too.

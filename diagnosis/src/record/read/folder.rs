@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use airflow::{Air, Airframe, Jet};
+use airflow::{Air, Airframe, GRAVITY_MPS2, Jet};
 use nalgebra::Vector3;
 use serde_json::Value;
 
@@ -12,6 +12,7 @@ use super::conventions::{CRASH_TILT_DEG, Conventions, Frame, Turns};
 use super::declared::{Declared, baseline};
 use super::found::{Found, RowRemarks, did_you_mean, listed};
 use super::json::Fields;
+use super::plausible;
 use super::probes::{PROBES, probes};
 use super::samples::Samples;
 use super::table::Table;
@@ -136,6 +137,10 @@ fn vehicles(bytes: &[u8], meta: &mut Meta, found: &mut Found) -> Option<()> {
         };
         let samples = Samples::gather(id, (&rows, &columns), mine, how.gravity_mps2, found);
         if let Some(track) = track(id, VEHICLES, samples, &how, found) {
+            let of = &vehicle.airframe;
+            let density_kg_per_m3 = meta.recording.environment.air.density_kg_per_m3();
+            let ideal_w = of.hover_power_w(of.mass_kg(), density_kg_per_m3);
+            plausible::power((id, VEHICLES), &track, ideal_w, found);
             meta.recording.vehicles.push(Vehicle { track, ..vehicle });
         }
     }
@@ -187,6 +192,13 @@ fn receivers(bytes: &[u8], meta: &mut Meta, found: &mut Found) -> Option<()> {
         t_s: &rows.numbers[0],
     };
     remarks.tell(RemarkKind::Impossible, &left_out, &what);
+    if left_out.len() == rows.lines.len() && !left_out.is_empty() {
+        let first = rows.numbers[1][0];
+        let message = format!("cannot be used in any row (first {first})");
+        let help = "it is 1 in hover: is this percent, a duty cycle, or a dead column?";
+        let place = Problem::field(RECEIVER, "throttle_ratio");
+        found.helped(place, message, Some(help.to_owned()));
+    }
     Some(())
 }
 
@@ -221,11 +233,12 @@ fn meta(name: &str, bytes: &[u8], found: &mut Found) -> Option<Meta> {
         return None;
     }
     let environment = environment(&mut fields, found);
+    let gravity_mps2 = environment.map_or(GRAVITY_MPS2, |of| of.gravity_mps2);
     let objects = fields.objects("vehicles", found);
     let ids = objects.iter().map(|(id, _)| (*id).to_owned()).collect();
     let vehicles = objects.into_iter();
     let vehicles = vehicles
-        .filter_map(|(id, of)| vehicle(id, of, found))
+        .filter_map(|(id, of)| vehicle(id, of, gravity_mps2, found))
         .collect();
     let has_probe = fields.has("probe");
     let probe = has_probe.then(|| fields.object("probe", found)).flatten();
@@ -261,6 +274,29 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     let ceiling_z_m = of.optional_number("ceiling_z_m", found);
     let ambient_mps = of.not_negative("ambient_speed_before_takeoff_mps", found);
     let ambient_is_subtracted = of.flag("ambient_is_subtracted", found);
+    let field = |key: &str| Problem::field(META, &format!("environment.{key}"));
+    for (range, value, place) in [
+        (
+            &plausible::GRAVITY,
+            gravity_mps2,
+            Problem::field(META, "g_mps2"),
+        ),
+        (
+            &plausible::TEMPERATURE_K,
+            temperature_k,
+            field("temperature_k"),
+        ),
+        (&plausible::PRESSURE, pressure_pa, field("pressure_pa")),
+    ] {
+        // What is not positive was told.
+        if let Some(value) = value.filter(|value| *value > 0.0) {
+            range.holds(value, place, found);
+        }
+    }
+    if let Some(mps) = ambient_mps {
+        let place = field("ambient_speed_before_takeoff_mps");
+        plausible::ambient(mps, place, found);
+    }
     if let (Some(floor), Some(ceiling)) = (floor_z_m, ceiling_z_m)
         && ceiling <= floor
     {
@@ -285,7 +321,7 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     })
 }
 
-fn vehicle(id: &str, mut of: Fields<'_>, found: &mut Found) -> Option<Vehicle> {
+fn vehicle(id: &str, mut of: Fields<'_>, gravity_mps2: f64, found: &mut Found) -> Option<Vehicle> {
     let kind = of.text("type", found);
     let mass_kg = of.number("mass_kg", found);
     let diameter_m = of.number("prop_diameter_m", found);
@@ -312,10 +348,19 @@ fn vehicle(id: &str, mut of: Fields<'_>, found: &mut Found) -> Option<Vehicle> {
         };
         of.fault(key, problem.to_string(), found);
     }
-    let airframe = Airframe::new(kind?, mass_kg, count, diameter_m, distance_m, width_factor);
+    let airframe =
+        Airframe::new(kind?, mass_kg, count, diameter_m, distance_m, width_factor).ok()?;
+    let place = |field: &str| {
+        let key = match field {
+            "propeller_diameter_m" => "prop_diameter_m",
+            other => other,
+        };
+        Problem::field(META, &format!("vehicles.{id}.{key}"))
+    };
+    plausible::airframe(&airframe, gravity_mps2, place, found);
     Some(Vehicle {
         id: id.to_owned(),
-        airframe: airframe.ok()?,
+        airframe,
         role: role?,
         track: Track::default(),
         thrust_map: None,
@@ -332,7 +377,7 @@ fn instrument(mut of: Fields<'_>, found: &mut Found) -> Option<Instrument> {
     let accuracy_rel = of.not_negative("accuracy_rel", found);
     let resolution_mps = of.not_negative("resolution_mps", found);
     of.finish(found);
-    Some(Instrument {
+    let instrument = Instrument {
         kind: kind?.to_owned(),
         measures: measures?,
         rate_hz: rate_hz?,
@@ -340,7 +385,10 @@ fn instrument(mut of: Fields<'_>, found: &mut Found) -> Option<Instrument> {
         accuracy_abs_mps: accuracy_abs_mps?,
         accuracy_rel: accuracy_rel?,
         resolution_mps: resolution_mps?,
-    })
+    };
+    let place = |key: &str| Problem::field(META, &format!("probe.{key}"));
+    plausible::instrument(&instrument, place, found);
+    Some(instrument)
 }
 
 /// All of its words are required here: a recording that leaves one open does not say what it is

@@ -5,9 +5,10 @@
 //!
 //! `found`: problems and remarks as they are met. `table` and `json`: the files as such. `columns`:
 //! names, units, and a table of vehicles. `samples`, `conventions`, `checks` and `track`: one
-//! vehicle as logged, how that is meant, judged, and turned into the world. `declared`: the words
-//! of a baseline. Then one file a format: `folder`: tables with their metadata, and `probes` of
-//! one; `campaign`: what the logs of some flights leave unsaid; `flight`: one table; `ulog`: PX4.
+//! vehicle as logged, how that is meant, judged, and turned into the world. `plausible`: numbers
+//! that cannot be meant. `declared`: the words of a baseline. Then one file a format: `folder`:
+//! tables with their metadata, and `probes` of one; `campaign`: what the logs of some flights leave
+//! unsaid; `flight`: one table; `ulog`: PX4; `needed`: what a log without metadata asks for.
 
 mod campaign;
 mod checks;
@@ -18,6 +19,8 @@ mod flight;
 mod folder;
 mod found;
 mod json;
+mod needed;
+mod plausible;
 mod probes;
 mod samples;
 mod table;
@@ -31,4 +34,5 @@ pub use conventions::{Acceleration, Frame, Pitch, Turns};
 pub use declared::Declared;
 pub use flight::read_flight;
 pub use folder::{FOLDER_FILES, read_folder};
+pub use needed::needed;
 pub use ulog::{read_ulog, read_ulog_tables, table_name};

@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
+use super::checks::is_shuffled;
 use super::found::{Found, RowRemarks};
 use super::table::Table;
 use crate::record::problem::Problem;
 use crate::record::recording::{Instrument, ProbeSample, Probes};
 use crate::record::remark::RemarkKind;
+use crate::statistics::quantile::median;
 
 /// The file's name.
 pub(super) const PROBES: &str = "probes.csv";
@@ -53,11 +55,20 @@ pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -
         });
     }
     judge(&mut samples, instrument, found);
+    if !samples.is_empty() && samples.iter().all(|sample| sample.speed_mps.is_nan()) {
+        let help = found.remarks.last().map(|remark| remark.message.clone());
+        let message = "no reading of any probe can be used";
+        found.helped(Problem::field(PROBES, "speed_mps"), message, help);
+    }
     Some(Probes {
         instrument: instrument.clone(),
         samples,
     })
 }
+
+/// Median step over that of the rate, or the inverse, that a slip of units makes and no gaps do.
+/// Chosen here.
+const RATE_SLIP: f64 = 3.3;
 
 /// Marks what cannot be used, and remarks on it, probe by probe.
 fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found) {
@@ -66,6 +77,13 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
     for (row, sample) in samples.iter().enumerate() {
         of_probe.entry(sample.probe_id).or_default().push(row);
     }
+    if samples.len() > STUCK_READINGS && 2 * of_probe.len() > samples.len() {
+        let message = format!("names {} probes in {} rows", of_probe.len(), samples.len());
+        let help = "columns shifted, or another column's numbers?";
+        let place = Problem::field(PROBES, "probe_id");
+        found.helped(place, message, Some(help.to_owned()));
+        return;
+    }
     for (probe_id, mut good) in of_probe {
         let mut remarks = RowRemarks {
             found,
@@ -73,6 +91,13 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
             noun: "reading",
             t_s: &t_s,
         };
+        let times_s: Vec<f64> = good.iter().map(|&row| t_s[row]).collect();
+        if is_shuffled(&times_s) {
+            let message = format!("the rows of probe {probe_id} are not in the order of time");
+            let help = "sort the rows by time, or name the column that holds it";
+            let place = Problem::field(PROBES, "t_s");
+            remarks.found.helped(place, message, Some(help.to_owned()));
+        }
         let mut last_s = f64::NEG_INFINITY;
         let is_backward = |row: &mut usize| {
             let is_backward = t_s[*row] <= last_s;
@@ -129,6 +154,26 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
         }
         let step_s = |pair: &[usize]| t_s[pair[1]] - t_s[pair[0]];
         let rate_hz = instrument.rate_hz;
+        let mut steps_s: Vec<f64> = good.windows(2).map(step_s).collect();
+        let slip = median(&mut steps_s).map_or(1.0, |median_s| median_s * rate_hz);
+        if good.len() > STUCK_READINGS && !(1.0 / RATE_SLIP..=RATE_SLIP).contains(&slip) {
+            let message = format!(
+                "the steps of probe {probe_id} are {:.4} s in the middle, and `probe.rate_hz` is {rate_hz}",
+                slip / rate_hz
+            );
+            let help = "times in ms or us, or another rate?";
+            let place = Problem::field(PROBES, "t_s");
+            remarks.found.helped(place, message, Some(help.to_owned()));
+        }
+        let first = good.first().map(|&row| samples[row].speed_mps);
+        let is_dead = |mps: f64| good.iter().all(|&row| samples[row].speed_mps == mps);
+        if let Some(mps) = first.filter(|mps| good.len() >= STUCK_READINGS && is_dead(*mps)) {
+            let what = format!("left out: all that probe {probe_id} reads is {mps} m/s: dead");
+            remarks.tell(RemarkKind::Stuck, &good, &what);
+            good.iter()
+                .for_each(|&row| samples[row].speed_mps = f64::NAN);
+            continue;
+        }
         let gaps = good
             .windows(2)
             .filter(|pair| step_s(pair) > LONGEST_STEP / rate_hz);

@@ -7,6 +7,7 @@ use super::checks::check;
 use super::columns::Role;
 use super::conventions::{Acceleration, Conventions, Frame, Pitch, Turns};
 use super::found::Found;
+use super::plausible;
 use super::samples::Samples;
 use crate::record::problem::Problem;
 use crate::record::recording::Track;
@@ -33,7 +34,7 @@ pub(super) fn track(
         false => Turns::BodyToWorld,
     };
     samples.quaternions_from_angles(is_pitch_turned);
-    let checked = check(vehicle, &samples, how, found);
+    let checked = check((vehicle, file), &samples, how, found);
     let keep = &checked.keep;
     if keep.is_empty() {
         if checked.only_stood {
@@ -96,7 +97,7 @@ pub(super) fn track(
         let rows = keep.iter();
         rows.map(|&row| motors.map(|duty| duty[row])).collect()
     });
-    Some(Track {
+    let read = Track {
         throttle_ratio: column(Role::Throttle),
         power_w: column(Role::Power),
         battery_v: column(Role::Battery),
@@ -107,7 +108,9 @@ pub(super) fn track(
         attitude,
         specific_force_mps2,
         longest_step_s: checked.longest_step_s,
-    })
+    };
+    plausible::track(vehicle, file, &read, how.gravity_mps2, found);
+    Some(read)
 }
 
 /// Specific force in the world (m/s²): acceleration minus gravity.

@@ -23,15 +23,28 @@ use super::table::Table;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
+use crate::statistics::quantile::nearest_rank;
 
 /// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which
 /// are logged at 10 Hz or faster ...
 const NEAR_S: f64 = 0.2;
 /// ... and the battery, logged at 1 Hz or faster.
 const BATTERY_NEAR_S: f64 = 3.0;
-/// Pulse widths (µs) of a motor that stands and one that is given all there is: PX4's defaults
-/// since servos were analogue.
-const PULSE_US: [f64; 2] = [1000.0, 2000.0];
+/// What `actuator_outputs` holds: in words, of a motor that stands, of one that is given all there
+/// is, and the lowest and highest value that is such a one (PX4: `PWM_MAIN_MIN` and `PWM_MAIN_MAX`
+/// 1000 and 2000 by default, 900 disarmed; DroneCAN's `RawCommand` 14 bits with a sign).
+const OUTPUTS: [(&str, [f64; 2], [f64; 2]); 2] = [
+    (
+        "pulse widths of 1000 to 2000 us",
+        [1000.0, 2000.0],
+        [850.0, 2200.0],
+    ),
+    ("commands of 0 to 8191", [0.0, 8191.0], [0.0, 8192.0]),
+];
+/// Motors turn above this share of full, and, of another instance than the first, change by more
+/// than the second. Chosen here: servos and outputs that stand do not both.
+const TURNS: f64 = 0.1;
+const CHANGES: f64 = 0.01;
 
 /// A recording from the bytes of a ULog. Of the campaign, frame and kind of acceleration are PX4's
 /// own, whatever it says.
@@ -94,7 +107,8 @@ fn flight(
 /// All topics at the times of the position.
 fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<Samples> {
     const NAME: &str = "vehicle_local_position";
-    let Some(position) = topics.get(NAME) else {
+    let first = |name: &'static str| topics.get(&(name, 0));
+    let Some(position) = first(NAME) else {
         let message = "is missing: there is no position in this log";
         found.problem(Problem::field(file, NAME), message);
         return None;
@@ -119,12 +133,16 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         let columns = columns.into_iter().enumerate();
         (samples.columns).extend(columns.map(|(axis, column)| (role(axis), column)));
     };
-    put(Role::Position, only_valid(position, position_m.to_vec()));
-    if let Some(velocity_mps) = position.whole(3..6) {
-        put(Role::Velocity, velocity_mps.to_vec());
+    let mut position_m = position_m.to_vec();
+    continued(id, position, &mut position_m, found);
+    let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
+    only_valid(id, position, (&mut position_m, &mut velocity_mps), found);
+    put(Role::Position, position_m);
+    if let Some(velocity_mps) = velocity_mps {
+        put(Role::Velocity, velocity_mps);
     }
-    let whole = |name: &str, fields| {
-        let topic = topics.get(name)?;
+    let whole = |name: &'static str, fields| {
+        let topic = first(name)?;
         Some((topic, topic.whole(fields)?))
     };
     if let Some((topic, logged)) = whole("vehicle_attitude", 0..4) {
@@ -145,16 +163,7 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         let mean = |values: &Vec<f64>| averaged(&at_s, values, &t_s, NEAR_S);
         put(Role::Acceleration, logged.iter().map(mean).collect());
     }
-    if let Some((topic, logged)) = whole("actuator_motors", 0..4) {
-        put(Role::Duty, brought(topic, logged, NEAR_S));
-    } else if let Some((topic, pulses_us)) = whole("actuator_outputs", 0..4) {
-        let [low_us, high_us] = PULSE_US;
-        let message =
-            format!("motors from pulse widths: {low_us} to {high_us} us are taken as 0 to 1");
-        found.remark(RemarkKind::Assumed, Some(id), message);
-        let duty = |pulse_us: &f64| (pulse_us - low_us) / (high_us - low_us);
-        let motor = |pulses_us: &Vec<f64>| pulses_us.iter().map(duty).collect();
-        let motors: Vec<Vec<f64>> = pulses_us.iter().map(motor).collect();
+    if let Some((topic, motors)) = motors(id, topics, found) {
         put(Role::Duty, brought(topic, &motors, NEAR_S));
     }
     if let Some((topic, logged)) = whole("battery_status", 0..1) {
@@ -177,17 +186,139 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
     Some(samples)
 }
 
-/// Positions that the estimator itself does not trust are missing.
-fn only_valid(topic: &Topic, mut position_m: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    // `xy_valid` and `z_valid`.
-    for valid in topic.fields.iter().skip(6) {
-        for axis_m in &mut position_m {
-            let rows = axis_m.iter_mut().zip(valid);
-            rows.filter(|(_, valid)| **valid == 0.0)
-                .for_each(|(m, _)| *m = f64::NAN);
+/// Duty cycles of four motors: of the instance of `actuator_motors`, else of `actuator_outputs`, in
+/// which the first four outputs turn and change most.
+fn motors<'t>(
+    id: &str,
+    topics: &'t Topics,
+    found: &mut Found,
+) -> Option<(&'t Topic, Vec<Vec<f64>>)> {
+    let instances = |name: &'static str| {
+        let of_name = topics.iter().filter(move |((of, _), _)| *of == name);
+        of_name.filter_map(|((_, instance), topic)| Some((*instance, topic, topic.whole(0..4)?)))
+    };
+    // An empty place is not a number; it stands.
+    let share = |values: &[f64], [low, high]: [f64; 2]| -> Vec<f64> {
+        let of_full = |value: &f64| match value.is_finite() {
+            true => ((value - low) / (high - low)).max(0.0),
+            false => 0.0,
+        };
+        values.iter().map(of_full).collect()
+    };
+    let turning = |motors: &[Vec<f64>]| {
+        let of_motor = |motor: &Vec<f64>| {
+            let mut sorted = motor.clone();
+            sorted.sort_by(f64::total_cmp);
+            let at = |part| nearest_rank(&sorted, part).unwrap_or(0.0);
+            (at(0.9) > TURNS).then(|| at(0.95) - at(0.05))
+        };
+        let changes: Option<Vec<f64>> = motors.iter().map(of_motor).collect();
+        let least = changes?.into_iter().fold(f64::INFINITY, f64::min);
+        Some(least)
+    };
+    let direct = instances("actuator_motors").map(|(instance, topic, logged)| {
+        let motors: Vec<_> = logged.iter().map(|of| share(of, [0.0, 1.0])).collect();
+        (instance, topic, motors, "shares of full")
+    });
+    let scaled = instances("actuator_outputs").filter_map(|(instance, topic, logged)| {
+        let is_within = |[least, most]: [f64; 2]| {
+            let mut all = logged.iter().flatten().filter(|value| value.is_finite());
+            all.all(|value| *value == 0.0 || (least..=most).contains(value))
+        };
+        let (words, ends, _) = OUTPUTS.into_iter().find(|(.., range)| is_within(*range))?;
+        let motors: Vec<_> = logged.iter().map(|of| share(of, ends)).collect();
+        Some((instance, topic, motors, words))
+    });
+    let best = |candidates: Vec<(u8, &'t Topic, Vec<Vec<f64>>, &'static str)>| {
+        let judged = candidates
+            .into_iter()
+            .filter_map(|of| Some((turning(&of.2)?, of)))
+            .filter(|(changes, (instance, ..))| *instance == 0 || *changes > CHANGES);
+        judged.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, of)| of)
+    };
+    let motors = match best(direct.collect()) {
+        Some((instance, topic, motors, _)) => {
+            if instance > 0 {
+                let message = format!("motors from actuator_motors {instance}");
+                found.remark(RemarkKind::Assumed, Some(id), message);
+            }
+            return Some((topic, motors));
+        }
+        None => best(scaled.collect()),
+    };
+    let (instance, topic, motors, words) = motors?;
+    let message = format!("motors from actuator_outputs {instance}, taken as {words}");
+    found.remark(RemarkKind::Assumed, Some(id), message);
+    Some((topic, motors))
+}
+
+/// Positions across resets of the local origin, which move it at once: every later one moved back,
+/// so that the flight is one.
+fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut Found) {
+    // `xy_reset_counter`, `delta_xy`, `z_reset_counter`, `delta_z`.
+    for (counter, deltas, axes) in [(8..9, 9..11, 0..2), (11..12, 12..13, 2..3)] {
+        let Some(([counter], deltas)) = topic.whole(counter).zip(topic.whole(deltas)) else {
+            continue;
+        };
+        let mut resets = 0;
+        let mut offsets_m = vec![0.0; axes.len()];
+        for row in 1..counter.len() {
+            if counter[row] != counter[row - 1] {
+                resets += 1;
+                let moved = offsets_m.iter_mut().zip(deltas);
+                moved.for_each(|(offset_m, delta_m)| *offset_m += delta_m[row]);
+            }
+            for (axis, offset_m) in axes.clone().zip(&offsets_m) {
+                position_m[axis][row] -= offset_m;
+            }
+        }
+        if resets > 0 {
+            let what = match axes.len() {
+                2 => "horizontally",
+                _ => "vertically",
+            };
+            let message = format!(
+                "the estimator moved its origin {what} {resets} times: what follows is moved back"
+            );
+            found.remark(RemarkKind::Assumed, Some(id), message);
         }
     }
-    position_m
+}
+
+/// Positions that the estimator itself does not trust are missing, each axis for itself. Where it
+/// never knew the horizontal ones, as indoors without a camera, heights are what is left: the
+/// vehicle is taken to stay at one place.
+fn only_valid(
+    id: &str,
+    topic: &Topic,
+    (position_m, velocity_mps): (&mut [Vec<f64>], &mut Option<Vec<Vec<f64>>>),
+    found: &mut Found,
+) {
+    let valid = |field: usize| topic.whole(field..field + 1).map(|of| of[0].as_slice());
+    let (xy_valid, z_valid) = (valid(6), valid(7));
+    let is_never = |valid: Option<&[f64]>| {
+        valid.is_some_and(|rows| !rows.is_empty() && rows.iter().all(|row| *row == 0.0))
+    };
+    for (axis, valid, other) in [
+        (0, xy_valid, z_valid),
+        (1, xy_valid, z_valid),
+        (2, z_valid, xy_valid),
+    ] {
+        if axis < 2 && is_never(valid) && !is_never(other) {
+            position_m[axis].fill(0.0);
+            if let Some(velocity_mps) = velocity_mps {
+                velocity_mps[axis].fill(0.0);
+            }
+            if axis == 0 {
+                let message = "its horizontal position is never valid: taken to stay at one place, and heights alone are used";
+                found.remark(RemarkKind::Assumed, Some(id), message);
+            }
+            continue;
+        }
+        let rows = position_m[axis].iter_mut().zip(valid.unwrap_or_default());
+        let untrusted = rows.filter(|(_, valid)| **valid == 0.0);
+        untrusted.for_each(|(m, _)| *m = f64::NAN);
+    }
 }
 
 /// `q` and `-q` are the same attitude; neighbours are made to lie on the same side, so that between
@@ -258,14 +389,30 @@ impl Topic {
     }
 }
 
-/// Topics by name.
-type Topics = BTreeMap<&'static str, Topic>;
+/// Topics by name and instance.
+type Topics = BTreeMap<(&'static str, u8), Topic>;
 
 const TIMESTAMP: &str = "timestamp";
 
 type Fields = &'static [&'static str];
 
-const POSITION: Fields = &["x", "y", "z", "vx", "vy", "vz", "xy_valid", "z_valid"];
+const POSITION: Fields = &[
+    "x",
+    "y",
+    "z",
+    "vx",
+    "vy",
+    "vz",
+    "xy_valid",
+    "z_valid",
+    "xy_reset_counter",
+    "delta_xy[0]",
+    "delta_xy[1]",
+    "z_reset_counter",
+    "delta_z",
+];
+/// Topics of which every instance is looked at.
+const EVERY_INSTANCE: [&str; 2] = ["actuator_motors", "actuator_outputs"];
 const MOTORS: Fields = &["control[0]", "control[1]", "control[2]", "control[3]"];
 const PULSES: Fields = &["output[0]", "output[1]", "output[2]", "output[3]"];
 const ACCELEROMETER: Fields = &[
@@ -363,14 +510,15 @@ fn sections(bytes: &[u8], parser: &mut LogParser<'_>) -> Result<bool, String> {
     Ok(is_whole)
 }
 
-/// Adds a record to its topic; only the first instance of each.
+/// Adds a record to its topic; of most only the first instance.
 fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<String, usize>) {
     let name = message.flattened_format.message_name.as_str();
     let Some((name, wanted)) = fields_of(name) else {
         return;
     };
-    if message.multi_id.value() != 0 {
-        let label = format!("{name} {}", message.multi_id.value());
+    let instance = message.multi_id.value();
+    if instance != 0 && !EVERY_INSTANCE.contains(&name) {
+        let label = format!("{name} {instance}");
         *others.entry(label).or_default() += 1;
         return;
     }
@@ -380,7 +528,7 @@ fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<
     let Some(t_us) = bytes_at::<8>(message.data, stamp.offset).map(u64::from_le_bytes) else {
         return;
     };
-    let topic = topics.entry(name).or_default();
+    let topic = topics.entry((name, instance)).or_default();
     topic.fields.resize(wanted.len(), Vec::new());
     // Exact for the first 285 years after switching on.
     topic.t_us.push(t_us as f64);
@@ -420,7 +568,8 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
         let Some(((name, wanted), instance)) = named else {
             continue;
         };
-        if instance != 0 {
+        let instance = u8::try_from(instance).unwrap_or(u8::MAX);
+        if instance != 0 && !EVERY_INSTANCE.contains(&name) {
             let message = format!("{file} is not used: another instance is");
             found.remark(RemarkKind::Unused, None, message);
             continue;
@@ -440,7 +589,7 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
         let field = |place: &Option<usize>| place.and_then(|_| numbers.next());
         let fields = places.iter().map(field).map(Option::unwrap_or_default);
         let fields = fields.collect();
-        topics.insert(name, Topic { t_us, fields });
+        topics.insert((name, instance), Topic { t_us, fields });
     }
     topics
 }

@@ -76,7 +76,7 @@ fn rows_with_values_that_cannot_be_are_left_out_counted_and_told() {
         (
             "3.9",
             "0",
-            "1 row left out: a battery voltage of 0 or below (first 0.0000)",
+            "1 row left out: a battery voltage outside 0 to 100 V (first 0.0000)",
         ),
         (
             "0,0,0,1,0.5",

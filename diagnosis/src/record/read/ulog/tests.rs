@@ -277,8 +277,43 @@ fn the_tables_of_ulog2csv_read_like_the_log() {
         .collect();
     let recording = read_ulog_tables("log_7", &files, &campaign()).expect("in order");
     check(track(&recording));
-    assert!(
-        recording.remarks.iter().any(|remark| remark.message
-            == "motors from pulse widths: 1000 to 2000 us are taken as 0 to 1")
-    );
+    assert!(recording.remarks.iter().any(|remark| remark.message
+        == "motors from actuator_outputs 0, taken as pulse widths of 1000 to 2000 us"));
+}
+
+#[test]
+fn motors_of_another_instance_heights_alone_and_moved_origins_are_read() {
+    let mut position =
+        String::from("timestamp,x,y,z,vx,vy,vz,xy_valid,z_valid,z_reset_counter,delta_z\n");
+    let [mut standing, mut turning] =
+        [(); 2].map(|()| String::from("timestamp,output[0],output[1],output[2],output[3]\n"));
+    for tick in 0..100_u32 {
+        let t_us = tick * 20_000;
+        // From the fifty-first on the origin lies 4 m deeper.
+        let (z_m, resets, delta_m) = match tick < 50 {
+            true => (-3.0, 1, 0.0),
+            false => (-7.0, 2, -4.0),
+        };
+        position += &format!("{t_us},0.3,0.2,{z_m},0,0,0,0,1,{resets},{delta_m}\n");
+        standing += &format!("{t_us},0,0,0,0\n");
+        let command = 4000 + tick % 10 * 50;
+        turning += &format!("{t_us},{command},{command},{command},{command}\n");
+    }
+    let files = [
+        ("vehicle_local_position_0", position),
+        ("actuator_outputs_0", standing),
+        ("actuator_outputs_1", turning),
+    ]
+    .map(|(topic, text)| (format!("log_7_{topic}.csv"), text.into_bytes()));
+    let recording = read_ulog_tables("log_7", &files.into(), &campaign()).expect("in order");
+    let track = track(&recording);
+    assert_eq!(track.position_m.len(), 100);
+    for at_m in &track.position_m {
+        assert!(
+            (at_m - Point3::new(0.0, 0.0, 3.0)).norm() < SINGLE,
+            "{at_m}"
+        );
+    }
+    let duty = track.duty.as_ref().expect("of instance 1")[0][0];
+    assert!((duty - 4000.0 / 8191.0).abs() < SINGLE);
 }

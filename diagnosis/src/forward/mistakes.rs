@@ -1,0 +1,355 @@
+//! Slips of a recording that only the air shows: readings in another unit, axes that are swapped or
+//! turned, coordinates in centimetres. They are looked for before any physics: momentum fixes how
+//! fast the air below a drone is, and no wake moves from one axis to another.
+//!
+//! Each slip is undone on a copy, and the readings are compared with the simulation again, up to a
+//! factor. A slip is named where undoing it explains what was not explained before.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+
+use crate::forward::flow::Flow;
+use crate::record::recording::{ProbeSample, Probes, Recording};
+use crate::statistics::quantile::median;
+
+/// Most readings that are compared; more are thinned evenly. Chosen here: a share that is left
+/// unexplained is known to 0.05 from 400.
+const READINGS: usize = 400;
+/// Fewest readings, and fewest times the accuracy that the fastest simulated air has. Chosen here:
+/// less says nothing about either.
+const FEWEST: usize = 40;
+const ABOVE_ACCURACY: f64 = 5.0;
+/// Readings over simulation that momentum allows, in either direction. Momentum goes with the
+/// square of the speed, so the thrust would be off by a factor of six.
+const FACTOR: f64 = 2.5;
+/// Share of the variance that is left unexplained: below the first the geometry is right; a slip is
+/// undone where less than the second is left, and less than a quarter of what was. Chosen here; a
+/// test holds that no concealed effect of 1200 is called a slip.
+const RIGHT: f64 = 0.15;
+const EXPLAINED: f64 = 0.3;
+const OF_BEFORE: f64 = 0.25;
+/// Rows by which readings stand beside the wrong places: fewer may be a clock. Chosen here.
+const FEWEST_ROWS: usize = 20;
+/// Readings of which it is judged whether they follow one another by chance: chosen here.
+const SUCCESSIVE: usize = 10_000;
+/// Standard deviation of their ratio above which they are too few: 204 have it, and a ratio of
+/// [`SMOOTH`] is seven of it away from chance.
+const MOST_SIGMA: f64 = 0.07;
+/// Ratio of simulated air that is smooth from reading to reading. Chosen here: half of what chance
+/// makes.
+const SMOOTH: f64 = 0.5;
+/// Readings (times the accuracy) that no still air gives. Chosen here: gusts of a hall are slower.
+const NOT_STILL: f64 = 20.0;
+/// Readings over simulation that units make, with how far off a factor may be (a natural logarithm;
+/// chosen here: turbulence and a wake's own error are within a fifth, units apart by more).
+const UNITS: [(f64, &str); 8] = [
+    (1000.0, "mm/s"),
+    (100.0, "cm/s"),
+    (3.6, "km/h"),
+    (60.0, "m/min"),
+    (196.85, "ft/min"),
+    (3.281, "ft/s"),
+    (0.01, "hundreds of m/s"),
+    (0.001, "km/s"),
+];
+const NEAR: f64 = 0.25;
+
+/// What a recording seems to get wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mistake {
+    /// What was found, with its figures.
+    pub message: String,
+    /// What it looks like.
+    pub help: String,
+}
+
+/// How well a simulation follows some readings.
+#[derive(Clone, Copy, Debug)]
+struct Likeness {
+    /// Readings over simulation, least squares.
+    factor: f64,
+    /// Share of the readings' variance that the scaled simulation leaves.
+    left: f64,
+}
+
+/// Something in a recording put otherwise.
+struct Slip {
+    words: String,
+    undo: Box<dyn Fn(&mut Recording)>,
+}
+
+/// The slip in a recording of probes, if its readings show one.
+#[must_use]
+pub fn mistaken(recording: &Recording) -> Option<Mistake> {
+    let thinned = thinned(recording)?;
+    let accuracy_mps = thinned.probes.as_ref()?.instrument.accuracy_abs_mps;
+    let accuracy_mps = accuracy_mps.max(0.02);
+    let pairs = pairs(&thinned);
+    let as_it_lies = likeness(&pairs, accuracy_mps);
+    if let Some(it) = as_it_lies.filter(|it| it.left < EXPLAINED) {
+        let is_possible = (1.0 / FACTOR..=FACTOR).contains(&it.factor);
+        if it.left < RIGHT || !is_possible {
+            return (!is_possible).then(|| scaled(it.factor));
+        }
+    }
+    let before = as_it_lies.map_or(1.0, |it| it.left.min(1.0));
+    let mut best: Option<(f64, String)> = None;
+    let mut judge = |pairs: &[(f64, f64)], words: String| {
+        let is_better = |it: &Likeness| {
+            it.left < EXPLAINED.min(OF_BEFORE * before)
+                && (1.0 / FACTOR..=FACTOR).contains(&it.factor)
+        };
+        let it = likeness(pairs, accuracy_mps).filter(is_better);
+        if let Some(it) = it.filter(|it| best.as_ref().is_none_or(|(left, _)| it.left < *left)) {
+            best = Some((it.left, words));
+        }
+    };
+    for slip in slips() {
+        let mut undone = thinned.clone();
+        (slip.undo)(&mut undone);
+        judge(&self::pairs(&undone), slip.words);
+    }
+    let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
+    let speed_mps = |pressure_pa: f64| (2.0 * pressure_pa / density_kg_per_m3).max(0.0).sqrt();
+    let as_pressure = pairs.iter().map(|(read, made)| (speed_mps(*read), *made));
+    judge(
+        &as_pressure.collect::<Vec<_>>(),
+        "the readings taken as dynamic pressure in Pa".to_owned(),
+    );
+    let step = recording
+        .probes
+        .as_ref()?
+        .samples
+        .len()
+        .div_ceil(pairs.len().max(1));
+    for by in 1..pairs.len() {
+        if by.min(pairs.len() - by) * step < FEWEST_ROWS {
+            continue;
+        }
+        let mut shifted = pairs.clone();
+        for (at, pair) in shifted.iter_mut().enumerate() {
+            pair.0 = pairs[(at + by) % pairs.len()].0;
+        }
+        // The best of so many has to explain as much as the right geometry does.
+        if likeness(&shifted, accuracy_mps).is_some_and(|it| it.left < RIGHT) {
+            judge(
+                &shifted,
+                format!("the readings moved up by {} rows", by * step),
+            );
+        }
+    }
+    if let Some((left, words)) = best {
+        return Some(Mistake {
+            message: format!(
+                "its readings leave {:.0} % of their variance unexplained by where probes and drones are, and {:.0} % with {words}",
+                100.0 * before,
+                100.0 * left
+            ),
+            help: format!("{words}? Put the table right; no physics is looked for until then"),
+        });
+    }
+    unrelated(&thinned, &pairs, accuracy_mps).or_else(|| shuffled(recording, accuracy_mps))
+}
+
+/// Readings that follow one another by chance where the air does not, whatever makes it.
+///
+/// Mean squared difference of successive readings over twice their variance: 1 of shuffled ones,
+/// give or take 1/sqrt(n) (J. von Neumann, "Distribution of the ratio of the mean square successive
+/// difference to the variance", Annals of Mathematical Statistics 12, 1941).
+fn shuffled(recording: &Recording, accuracy_mps: f64) -> Option<Mistake> {
+    let flow = Flow::new(recording);
+    let mut of_probes: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
+    let samples = recording.probes.iter().flat_map(|probes| &probes.samples);
+    for sample in samples.take(SUCCESSIVE) {
+        let air_mps = flow.velocity_mps(sample.t_s, sample.position_m, None);
+        if let Some(air_mps) = air_mps.filter(|_| sample.speed_mps.is_finite()) {
+            let simulated_mps = air_mps.norm().hypot(flow.ambient_mps(sample.t_s));
+            let pairs = of_probes.entry(sample.probe_id).or_default();
+            pairs.push((sample.speed_mps, simulated_mps));
+        }
+    }
+    // The ratio, its standard deviation and that of the speeds (m/s).
+    let ratio = |of: fn(&(f64, f64)) -> f64| {
+        let all = of_probes.values().flatten().map(of);
+        let count = all.clone().count() as f64;
+        let mean = all.clone().sum::<f64>() / count;
+        let variance = all.map(|mps| (mps - mean).powi(2)).sum::<f64>() / count;
+        let steps = (of_probes.values()).flat_map(|it| it.windows(2));
+        let squares = steps.map(|pair| (of(&pair[1]) - of(&pair[0])).powi(2));
+        let successive = squares.clone().count() as f64;
+        let mean_square = squares.sum::<f64>() / successive;
+        let ratio = 0.5 * mean_square / variance;
+        (ratio, 1.0 / successive.sqrt(), variance.sqrt())
+    };
+    let ((read, sigma, spread_mps), (made, _, made_mps)) = (ratio(|it| it.0), ratio(|it| it.1));
+    let least_mps = ABOVE_ACCURACY * accuracy_mps;
+    let is_shuffled = sigma < MOST_SIGMA && read > 1.0 - 3.0 * sigma && made < SMOOTH;
+    (is_shuffled && spread_mps.min(made_mps) > least_mps).then(|| Mistake {
+        message: format!(
+            "its readings follow one another by chance: successive ones differ by {read:.2} of what any two do, and by {made:.2} in the simulation"
+        ),
+        help: "rows that are shuffled, readings of another flight, or a dead instrument? No physics is looked for until then".to_owned(),
+    })
+}
+
+/// Readings where no wake is, or too fast for any. That readings have nothing to do with the wakes
+/// is no slip by itself: what is left out may be as large as what is known.
+fn unrelated(recording: &Recording, pairs: &[(f64, f64)], accuracy_mps: f64) -> Option<Mistake> {
+    let ambient_mps = recording.environment.ambient_mps;
+    let help = "columns or rows that do not belong together, a dead instrument, or places in another frame? No physics is looked for until then".to_owned();
+    let mut read: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
+    let fastest_mps = pairs.iter().map(|pair| pair.1).fold(0.0, f64::max);
+    let typical_mps = median(&mut read)?;
+    if fastest_mps < ambient_mps + accuracy_mps && typical_mps > NOT_STILL * accuracy_mps {
+        return Some(Mistake {
+            message: format!(
+                "its probes read {typical_mps:.2} m/s in the middle, and no drone's wake reaches any of them"
+            ),
+            help,
+        });
+    }
+    let it = likeness(pairs, accuracy_mps)?;
+    (it.factor > FACTOR * FACTOR).then(|| scaled(it.factor))
+}
+
+fn scaled(factor: f64) -> Mistake {
+    let near = |(unit, _): &&(f64, &str)| (factor / unit).ln().abs() < NEAR;
+    let unit = UNITS.iter().find(near).map(|(_, word)| *word);
+    Mistake {
+        message: format!(
+            "its readings follow the simulation at {factor:.3} times its speed, which is {:.3} times the momentum that the stated masses make",
+            factor * factor
+        ),
+        help: match unit {
+            Some(unit) => format!("readings in {unit}? `speed_mps` is in m/s"),
+            None => "the unit of the readings, or the stated mass, propellers or air?".to_owned(),
+        },
+    }
+}
+
+/// With fewer readings; `None` where it has none of a probe, or too few.
+fn thinned(recording: &Recording) -> Option<Recording> {
+    let probes = recording.probes.as_ref()?;
+    let readable = |sample: &&ProbeSample| {
+        sample.speed_mps.is_finite() && sample.position_m.iter().all(|m| m.is_finite())
+    };
+    let all: Vec<_> = probes.samples.iter().filter(readable).copied().collect();
+    let step = all.len().div_ceil(READINGS).max(1);
+    let samples: Vec<_> = all.into_iter().step_by(step).collect();
+    (samples.len() >= FEWEST).then(|| Recording {
+        probes: Some(Probes {
+            instrument: probes.instrument.clone(),
+            samples,
+        }),
+        receivers: Vec::new(),
+        remarks: Vec::new(),
+        ..recording.clone()
+    })
+}
+
+/// Readings and what is simulated at their places (m/s), where the drones' places are known.
+fn pairs(recording: &Recording) -> Vec<(f64, f64)> {
+    let flow = Flow::new(recording);
+    let samples = recording.probes.iter().flat_map(|probes| &probes.samples);
+    let pair = |sample: &ProbeSample| {
+        let air_mps = flow.velocity_mps(sample.t_s, sample.position_m, None)?;
+        let simulated_mps = air_mps.norm().hypot(flow.ambient_mps(sample.t_s));
+        Some((sample.speed_mps, simulated_mps))
+    };
+    samples.filter_map(pair).collect()
+}
+
+/// `None` of few pairs, or where the simulated air is no faster than the accuracy.
+fn likeness(pairs: &[(f64, f64)], accuracy_mps: f64) -> Option<Likeness> {
+    let count = pairs.len() as f64;
+    let fastest_mps = pairs.iter().map(|pair| pair.1).fold(0.0, f64::max);
+    if pairs.len() < FEWEST || fastest_mps < ABOVE_ACCURACY * accuracy_mps {
+        return None;
+    }
+    let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+    let mean = sum(|(read, _)| *read) / count;
+    let variance = sum(|(read, _)| read * read) - count * mean * mean;
+    let factor = sum(|(read, made)| read * made) / sum(|(_, made)| made * made);
+    let left_of = |(read, made): &(f64, f64)| (read - factor * made).powi(2);
+    let left: f64 = pairs.iter().map(left_of).sum();
+    (variance > 0.0 && factor > 0.0).then(|| Likeness {
+        factor,
+        left: left / variance,
+    })
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Every slip that is looked for. Feet are not among the units of length: a wake that is wider or
+/// narrower than the model by a factor of three may be physics, one by ten and more may not.
+fn slips() -> Vec<Slip> {
+    let mut slips = Vec::new();
+    for of_probes in [true, false] {
+        let of = match of_probes {
+            true => "the probes",
+            false => "the drones",
+        };
+        let mut add = |words: String, put: Box<dyn Fn(Point3<f64>) -> Point3<f64>>| {
+            let undo = move |recording: &mut Recording| match of_probes {
+                true => {
+                    let probes = recording.probes.iter_mut();
+                    let samples = probes.flat_map(|probes| &mut probes.samples);
+                    samples.for_each(|sample| sample.position_m = put(sample.position_m));
+                }
+                false => {
+                    let vehicles = recording.vehicles.iter_mut();
+                    let places = vehicles.flat_map(|of| &mut of.track.position_m);
+                    places.for_each(|place_m| *place_m = put(*place_m));
+                }
+            };
+            slips.push(Slip {
+                words,
+                undo: Box::new(undo),
+            });
+        };
+        for order in [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]] {
+            let names = order.map(|axis| AXES[axis]);
+            let words = format!("x, y, z of {of} read as {}", names.join(", "));
+            add(
+                words,
+                Box::new(move |m| Point3::from(order.map(|axis| m[axis]))),
+            );
+        }
+        for axis in 0..3 {
+            let words = format!("the sign of {} of {of} turned", AXES[axis]);
+            let put = move |mut m: Point3<f64>| {
+                m[axis] = -m[axis];
+                m
+            };
+            add(words, Box::new(put));
+        }
+        for (unit, factor) in [("mm", 1e-3), ("cm", 1e-2), ("km", 1e3)] {
+            let words = format!("the places of {of} read as {unit}");
+            add(words, Box::new(move |m| m * factor));
+            for axis in 0..3 {
+                let words = format!("{} of {of} read as {unit}", AXES[axis]);
+                let put = move |mut m: Point3<f64>| {
+                    m[axis] *= factor;
+                    m
+                };
+                add(words, Box::new(put));
+            }
+        }
+    }
+    for (unit, factor) in [("mm", 1e-3), ("cm", 1e-2)] {
+        let undo = move |recording: &mut Recording| {
+            let probes = recording.probes.iter_mut();
+            let samples = probes.flat_map(|probes| &mut probes.samples);
+            samples.for_each(|sample| sample.position_m *= factor);
+            let vehicles = recording.vehicles.iter_mut();
+            let places = vehicles.flat_map(|of| &mut of.track.position_m);
+            places.for_each(|place_m| *place_m *= factor);
+        };
+        slips.push(Slip {
+            words: format!("all places read as {unit}"),
+            undo: Box::new(undo),
+        });
+    }
+    slips
+}
