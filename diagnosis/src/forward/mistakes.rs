@@ -149,7 +149,7 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
             help: format!("{words}? Put the table right; no physics is looked for until then"),
         });
     }
-    unrelated(&thinned, &pairs, accuracy_mps).or_else(|| shuffled(recording, accuracy_mps))
+    impossible(&thinned, &pairs, accuracy_mps).or_else(|| shuffled(recording, accuracy_mps))
 }
 
 /// Readings that follow one another by chance where the air does not, whatever makes it.
@@ -195,7 +195,7 @@ fn shuffled(recording: &Recording, accuracy_mps: f64) -> Option<Mistake> {
 
 /// Readings where no wake is, or too fast for any. That readings have nothing to do with the wakes
 /// is no slip by itself: what is left out may be as large as what is known.
-fn unrelated(recording: &Recording, pairs: &[(f64, f64)], accuracy_mps: f64) -> Option<Mistake> {
+fn impossible(recording: &Recording, pairs: &[(f64, f64)], accuracy_mps: f64) -> Option<Mistake> {
     let ambient_mps = recording.environment.ambient_mps;
     let help = "columns or rows that do not belong together, a dead instrument, or places in another frame? No physics is looked for until then".to_owned();
     let mut read: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
