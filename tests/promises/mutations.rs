@@ -499,14 +499,6 @@ const SLIPS: &[Spoil] = &[
     }),
 ];
 
-/// Slips that are not told: probes that are on the floor by their columns read what others at 2 m
-/// do. Of the first it is said that something outside the library is missing; of the second, that
-/// the wake wanders.
-const NOT_TOLD: [&str; 2] = [
-    "hover-grids/mavic-3e-1: probe ids and heights swapped: OutsideLibrary []",
-    "hover-grids/kolibri-1: probe ids and heights swapped: Ambiguous [\"wander\", \"sensor_gain\"]",
-];
-
 /// What a slip does not change: the drone and its probes stand where they stood to one another, or
 /// nothing that is compared was touched.
 const HARMLESS: &[Spoil] = &[
@@ -558,7 +550,7 @@ fn slips_are_not_explained_by_physics() {
         "{} refused, {sensors} an instrument, none {sound:?}",
         refused
     );
-    assert_eq!(physics, NOT_TOLD);
+    assert!(physics.is_empty(), "{physics:#?}");
     assert!(SLIPS.len() >= 100);
 }
 
@@ -577,26 +569,29 @@ fn what_changes_nothing_is_not_refused() {
     }
 }
 
-/// With this seed; with others 1 to 4 of 1200 are, which `forward::mistakes` tells.
+/// A slip stops the diagnosis, so what is no slip must never be called one.
 #[test]
 fn no_family_of_the_proof_is_called_a_slip() {
     use diagnosis::forward::mistakes::mistaken;
     use rayon::prelude::*;
-    let count = super::samples(60, 600);
+    let count = super::samples(20, 600);
     let halves = [validation::Half::Shown, validation::Half::Unseen];
-    let slips: Vec<String> = (0..2 * count)
-        .into_par_iter()
-        .filter_map(|index| {
-            let (half, index) = (halves[index % 2], index / 2);
-            let case = validation::case(half, 20_261_123, index);
-            let mistake = mistaken(&case.recording)?;
-            Some(format!(
-                "{half:?} {index}: {}; {}",
-                mistake.message, mistake.help
-            ))
-        })
-        .collect();
-    assert!(slips.is_empty(), "{slips:#?}");
+    // Seeds that set no rule.
+    for seed in 508..=510 {
+        let slips: Vec<String> = (0..2 * count)
+            .into_par_iter()
+            .filter_map(|index| {
+                let (half, index) = (halves[index % 2], index / 2);
+                let case = validation::case(half, seed, index);
+                let mistake = mistaken(&case.recording)?;
+                Some(format!(
+                    "seed {seed}, {half:?} {index}: {}; {}",
+                    mistake.message, mistake.help
+                ))
+            })
+            .collect();
+        assert!(slips.is_empty(), "{slips:#?}");
+    }
 }
 
 const CAMPAIGN: &str = r#"(

@@ -3,6 +3,10 @@
 use airflow::effects::Effects;
 use serde::{Deserialize, Serialize};
 
+/// Most by which clocks of drones and sensors are told apart (s), in either direction. Chosen here:
+/// clocks that were set by hand.
+pub(crate) const CLOCK_RANGE_S: f64 = 4.0;
+
 /// What is assumed beyond the baseline. The default assumes nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Hypothesis {

@@ -5,7 +5,7 @@ use airflow::effects::EntrainmentRadial;
 use super::candidate::{Candidate, Change, Kind, Parameter};
 use super::effects::{MOTORS_OFF, ONE_AXIS, THERE_AND_BACK};
 use super::shows::Shows;
-use crate::forward::hypothesis::Hypothesis;
+use crate::forward::hypothesis::{CLOCK_RANGE_S, Hypothesis};
 
 /// One fault as a fit tries it. Numbers without a source are chosen here.
 pub(crate) struct Fault {
@@ -126,7 +126,12 @@ pub(crate) const CLOCK: Fault = Fault {
     aliases: &["time_offset"],
     equation: "y(t) -> y(t + dt)",
     description: "the drones' clock and the sensors' disagree",
-    parameters: &[Parameter::new("dt", "s", [-4.0, 4.0], 0.15)],
+    parameters: &[Parameter::new(
+        "dt",
+        "s",
+        [-CLOCK_RANGE_S, CLOCK_RANGE_S],
+        0.15,
+    )],
     starts: &[
         -4.0, -3.6, -3.2, -2.8, -2.4, -2.0, -1.6, -1.2, -0.8, -0.4, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4,
         2.8, 3.2, 3.6, 4.0,

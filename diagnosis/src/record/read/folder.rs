@@ -92,7 +92,10 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     };
     meta.recording.probes = match (named(PROBES), &meta.instrument) {
         (None, _) => None,
-        (Some(bytes), Some(instrument)) => probes(bytes, instrument, found),
+        (Some(bytes), Some(instrument)) => {
+            let floor_z_m = meta.recording.environment.floor_z_m;
+            probes(bytes, (instrument, floor_z_m), found)
+        }
         (Some(_), None) if meta.has_probe => None, // told above
         (Some(_), None) => {
             let message = format!("is missing, and {PROBES} needs it");

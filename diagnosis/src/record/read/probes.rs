@@ -28,8 +28,16 @@ const PLATEAU_READINGS: usize = 8;
 /// Longest step that is no gap, in steps of the rate. Chosen here: two lost readings are none.
 const LONGEST_STEP: f64 = 3.0;
 
+/// Height above the floor in which no anemometer reads a jet (m): the floor stops the air. Chosen
+/// here: the size of an instrument's head.
+const ON_FLOOR_M: f64 = 0.01;
+
 /// Reads the table.
-pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -> Option<Probes> {
+pub(super) fn probes(
+    bytes: &[u8],
+    (instrument, floor_z_m): (&Instrument, Option<f64>),
+    found: &mut Found,
+) -> Option<Probes> {
     let table = Table::open(PROBES, bytes, found)?;
     let wanted = ["t_s", "probe_id", "x_m", "y_m", "z_m", "speed_mps"];
     let columns = table.columns(&wanted, &[], found)?;
@@ -54,7 +62,7 @@ pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -
             speed_mps: at(5),
         });
     }
-    judge(&mut samples, instrument, found);
+    judge(&mut samples, (instrument, floor_z_m), found);
     if !samples.is_empty() && samples.iter().all(|sample| sample.speed_mps.is_nan()) {
         let help = found.remarks.last().map(|remark| remark.message.clone());
         let message = "no reading of any probe can be used";
@@ -71,7 +79,11 @@ pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -
 const RATE_SLIP: f64 = 3.3;
 
 /// Marks what cannot be used, and remarks on it, probe by probe.
-fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found) {
+fn judge(
+    samples: &mut [ProbeSample],
+    (instrument, floor_z_m): (&Instrument, Option<f64>),
+    found: &mut Found,
+) {
     let t_s: Vec<f64> = samples.iter().map(|sample| sample.t_s).collect();
     let mut of_probe: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (row, sample) in samples.iter().enumerate() {
@@ -96,6 +108,18 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
             let message = format!("the rows of probe {probe_id} are not in the order of time");
             let help = "sort the rows by time, or name the column that holds it";
             let place = Problem::field(PROBES, "t_s");
+            remarks.found.helped(place, message, Some(help.to_owned()));
+        }
+        let mut heights_m: Vec<f64> = (good.iter())
+            .filter_map(|&row| Some(samples[row].position_m.z - floor_z_m?))
+            .collect();
+        let height_m = median(&mut heights_m).filter(|height_m| *height_m < ON_FLOOR_M);
+        if let Some(height_m) = height_m {
+            let message = format!(
+                "probe {probe_id} is {height_m:.3} m above the floor in the middle of its readings, where air does not flow"
+            );
+            let help = "heights in another unit or turned, columns swapped, or another `environment.floor_z_m`?";
+            let place = Problem::field(PROBES, "z_m");
             remarks.found.helped(place, message, Some(help.to_owned()));
         }
         let mut last_s = f64::NEG_INFINITY;
