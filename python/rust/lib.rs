@@ -22,6 +22,8 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
         "FOLDER_FILES",
         diagnosis::record::read::FOLDER_FILES.to_vec(),
     )?;
+    module.add("LOG_FILES", diagnosis::record::read::LOG_FILES)?;
+    module.add("LOG_HEAD_BYTES", diagnosis::record::read::LOG_HEAD_BYTES)?;
     module.add_class::<air::Air>()?;
     module.add_class::<fleet::World>()?;
     module.add_class::<fleet::Plan>()?;
@@ -31,6 +33,7 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fleet::plan, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::check, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::fly, module)?)?;
+    module.add_function(wrap_pyfunction!(recordings::log_name, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::diagnose, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::diagnose_flights, module)?)?;

@@ -46,10 +46,7 @@ impl Recording {
         let (name, file) = (named.0.as_str(), named.1.as_str());
         let refused = |it| recording(py, &it);
         let campaign = Campaign::parse(&campaign.0, &campaign.1).map_err(refused)?;
-        let read = match file.ends_with(".ulg") {
-            true => read::read_ulog(name, file, bytes, &campaign),
-            false => read::read_flight(name, file, bytes, &campaign),
-        };
+        let read = read::read_log(name, file, bytes, &campaign);
         Ok(Recording(Arc::new(read.map_err(refused)?)))
     }
 
@@ -65,6 +62,12 @@ impl Recording {
             && self.0.receivers.is_empty()
             && self.0.vehicles.iter().any(|it| it.track.duty.is_some())
     }
+}
+
+/// The name of a flight log without its ending, by its name and first bytes; none of another file.
+#[pyfunction]
+pub(crate) fn log_name(file: &str, head: &[u8]) -> Option<String> {
+    read::log_name(file, head).map(str::to_owned)
 }
 
 /// A recording as its simulation would have made it: a column of each field of its samples.

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{Group, Level};
@@ -25,8 +25,6 @@ const CAMPAIGN: &str = "campaign.ron";
 const PARENTS: usize = 2;
 /// A folder of this name holds the flights of the folder that it is in.
 const FLIGHTS: &str = "flights";
-/// Endings of flight logs, with what may pack them.
-const ENDINGS: [&str; 4] = [".csv.gz", ".csv", ".ulg.gz", ".ulg"];
 
 /// Reads every recording at `paths`, sorted by name: folders with a meta.json; flight logs, alone
 /// or in a folder, with the campaign file `meta`, or the campaign.ron beside or above them.
@@ -158,8 +156,8 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
     let of = fs::metadata(path).map_err(Failure::read(path))?;
     if !of.is_dir() {
         let log = Source::log(path.to_owned());
-        let help = "logs end in .csv, .csv.gz or .ulg";
-        sources.push(log.ok_or_else(|| unusable(path, "is no flight log", help))?);
+        let help = format!("logs are {}", read::LOG_FILES);
+        sources.push(log.ok_or_else(|| unusable(path, "is no flight log", &help))?);
         return Ok(());
     }
     if path.join(META).is_file() {
@@ -184,8 +182,11 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
         kind: Kind::Tables,
     }));
     if sources.len() == before {
-        let help = "a recording is a folder with a meta.json, a flight log (.csv, .csv.gz, .ulg), or a folder of either";
-        return Err(unusable(path, "holds no recording", help));
+        let help = format!(
+            "a recording is a folder with a meta.json, a flight log ({}), or a folder of either",
+            read::LOG_FILES
+        );
+        return Err(unusable(path, "holds no recording", &help));
     }
     Ok(())
 }
@@ -250,13 +251,11 @@ impl Source {
         }
     }
 
-    /// `None` where the file's name does not end as logs do.
+    /// `None` where neither the file's name nor its first bytes are a log's.
     fn log(path: PathBuf) -> Option<Source> {
-        let file = file_name(&path);
-        let stem = ENDINGS.iter().find_map(|ending| file.strip_suffix(ending));
-        let stem = stem.filter(|stem| !stem.is_empty() && !stem.starts_with('.'))?;
+        let name = read::log_name(file_name(&path), &head(&path))?.to_owned();
         Some(Source {
-            name: stem.to_owned(),
+            name,
             kind: Kind::Log,
             path,
         })
@@ -303,11 +302,7 @@ impl Source {
         if self.kind == Kind::Log {
             let bytes = bytes(&self.path)?;
             let file = self.path.display().to_string();
-            let read = match file.trim_end_matches(".gz").ends_with(".ulg") {
-                true => read::read_ulog,
-                false => read::read_flight,
-            };
-            return Ok(read(name, &file, &bytes, campaign()));
+            return Ok(read::read_log(name, &file, &bytes, campaign()));
         }
         let is_wanted = |file: &str| match self.kind {
             Kind::Tables => read::table_name(file).is_some_and(|(of, _, _)| of == name),
@@ -332,6 +327,17 @@ impl Source {
             Problems(problems)
         }))
     }
+}
+
+/// The first bytes of a file, which say what it is; empty where it cannot be read, which is told
+/// when all of it is.
+fn head(path: &Path) -> Vec<u8> {
+    let mut head = Vec::new();
+    let read = fs::File::open(path).and_then(|file| {
+        file.take(read::LOG_HEAD_BYTES as u64)
+            .read_to_end(&mut head)
+    });
+    read.map_or(Vec::new(), |_| head)
 }
 
 /// The bytes of a file, unpacked where its name ends in `.gz`.

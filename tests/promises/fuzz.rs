@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use diagnosis::record::read::{Campaign, read_flight, read_folder, read_ulog};
+use diagnosis::record::read::{Campaign, read_folder, read_log};
 use diagnosis::statistics::draws::Draws;
 use planner::plan::{self, Plan, Solid};
 use planner::scenario::{read_samples, samples_as_plan};
@@ -548,6 +548,26 @@ fn log() -> Vec<u8> {
     text.into_bytes()
 }
 
+/// A fifth of a second on a Crazyflie's card, without its checksum, after the firmware's own reader
+/// (`tools/usdlog/cfusdlog.py`).
+fn card() -> Vec<u8> {
+    let mut log = vec![0xBC, 2, 0, 2, 0, 0, 0];
+    log.extend(b"fast\0\x05\0stateEstimateZ.x(h)\0stateEstimateZ.y(h)\0stateEstimate.z(f)\0acc.z(e)\0motor.m1(H)\0");
+    log.extend(b"\x01\0slow\0\x02\0pm.vbat(f)\0pm.state(B)\0");
+    for tick in 0..10_u64 {
+        log.extend(0_u16.to_le_bytes());
+        log.extend((20_000 * tick).to_le_bytes());
+        log.extend([0, 1, 0, 1, 0, 0, 0x80, 0x3F, 0, 0x3C, 0, 0x80]);
+        if tick % 5 == 0 {
+            log.extend(1_u16.to_le_bytes());
+            log.extend((20_000 * tick + 3).to_le_bytes());
+            log.extend(3.9_f32.to_le_bytes());
+            log.push(0);
+        }
+    }
+    log
+}
+
 /// A tenth of a second of one drone, after the format's description (docs.px4.io, "ULog File
 /// Format").
 fn ulog() -> Vec<u8> {
@@ -616,8 +636,8 @@ fn recordings_of_any_bytes_are_read_or_refused() {
             (name, bytes)
         })
         .collect();
-    let kinds = [b"T", b"U", b"C"];
-    let mut seeds: Vec<Vec<u8>> = vec![log(), ulog(), LOGS.into()];
+    let kinds = [b"T", b"U", b"C", b"K"];
+    let mut seeds: Vec<Vec<u8>> = vec![log(), ulog(), LOGS.into(), card()];
     seeds
         .iter_mut()
         .zip(kinds)
@@ -634,8 +654,15 @@ fn recordings_of_any_bytes_are_read_or_refused() {
         read: &|bytes| {
             // The first byte, or the name before the bar, says what it is read as.
             let is_read = match bytes {
-                [b'T', rest @ ..] => read_flight("f", "f.csv", rest, &campaign).is_ok(),
-                [b'U', rest @ ..] => read_ulog("a", "a.ulg", rest, &campaign).is_ok(),
+                [b'T', rest @ ..] => read_log("f", "f.csv", rest, &campaign).is_ok(),
+                [b'U', rest @ ..] => read_log("a", "a.ulg", rest, &campaign).is_ok(),
+                // With a checksum that is right, or nothing behind it would be read.
+                [b'K', rest @ ..] => {
+                    let crc = crc32fast::hash(rest).to_le_bytes();
+                    let log = [rest, &crc].concat();
+                    let _ = read_log("a", "a", rest, &campaign);
+                    read_log("a", "a", &log, &campaign).is_ok()
+                }
                 [b'C', rest @ ..] => std::str::from_utf8(rest)
                     .is_ok_and(|text| Campaign::parse("c.ron", text).is_ok()),
                 _ => {

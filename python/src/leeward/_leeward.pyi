@@ -5,6 +5,8 @@ import numpy.typing as npt
 
 __all__ = [
     "FOLDER_FILES",
+    "LOG_FILES",
+    "LOG_HEAD_BYTES",
     "PRESETS",
     "Air",
     "Plan",
@@ -17,6 +19,7 @@ __all__ = [
     "diagnose",
     "diagnose_flights",
     "fly",
+    "log_name",
     "plan",
     "power_ratio",
     "simulate",
@@ -30,6 +33,8 @@ _Change: TypeAlias = tuple[str, str, float, list[_To]]
 __version__: str
 PRESETS: list[str]
 FOLDER_FILES: list[str]
+LOG_FILES: str
+LOG_HEAD_BYTES: int
 
 @final
 class Air:
@@ -97,6 +102,7 @@ def fly(
     air: tuple[float | None, bool, int],
     until_s: float | None,
 ) -> str: ...
+def log_name(file: str, head: bytes) -> str | None: ...
 def simulate(recording: Recording) -> tuple[dict[str, Any], list[str]]: ...
 def diagnose(recording: Recording, channel: str | None) -> tuple[str, str]: ...
 def diagnose_flights(

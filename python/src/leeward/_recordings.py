@@ -26,7 +26,6 @@ _META = "meta.json"
 _CAMPAIGN = "campaign.ron"
 #: How many folders above a flight its campaign file is looked for.
 _PARENTS = 2
-_ENDINGS = (".csv.gz", ".csv", ".ulg.gz", ".ulg")
 
 
 def _refused(path: Path, message: str, help: str) -> RecordingError:
@@ -46,14 +45,15 @@ def _read_all(paths: Union[PathLike, Sequence[PathLike]], meta: PathLike | None)
 
 
 def _stem(path: Path) -> str | None:
-    ending = next((it for it in _ENDINGS if path.name.endswith(it)), None)
-    return path.name[: -len(ending)] if ending and path.name != ending else None
+    """What a log is called; none where neither its name nor its first bytes are a log's."""
+    with path.open("rb") as file:
+        return _leeward.log_name(path.name, file.read(_leeward.LOG_HEAD_BYTES))
 
 
 def _sources(path: Path) -> list[Path]:
     if path.is_file():
         if _stem(path) is None:
-            raise _refused(path, "is no flight log", "logs end in .csv, .csv.gz or .ulg")
+            raise _refused(path, "is no flight log", f"logs are {_leeward.LOG_FILES}")
         return [path]
     if (path / _META).is_file():
         return [path]
@@ -128,7 +128,7 @@ def simulate(
 ) -> list[Simulation]:
     """What the declared simulation would have recorded, beside what was; one for each recording.
 
-    ``recordings``: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg), or folders of
+    ``recordings``: folders with a meta.json, flight logs (``plan diagnose --help`` lists them), or folders of
     either; ``meta``: what flight logs leave unsaid, by default the campaign.ron beside or above
     them. Raises ``RecordingError`` with every problem at its file and line.
     """

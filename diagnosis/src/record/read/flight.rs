@@ -7,9 +7,12 @@ use nalgebra::Vector3;
 use super::campaign::{Campaign, Sourced, VehicleType};
 use super::columns::{self, Role as Column};
 use super::conventions::{CRASH_TILT_DEG, Conventions};
+use super::crazyflie;
 use super::found::{Found, listed};
+use super::log::Log;
 use super::plausible;
 use super::samples::Samples;
+use super::table::Table;
 use super::track::track;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
@@ -25,10 +28,46 @@ pub fn read_flight(
     bytes: &[u8],
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
-    Found::recording(|found| {
-        let vehicles = vehicles(file, bytes, campaign, found)?;
-        recording(name, file, vehicles, campaign, found)
-    })
+    Found::recording(|found| flight(&Log { name, file, bytes }, campaign, found))
+}
+
+/// A table in CSV. One with the Crazyflie's names needs no `columns`.
+pub(super) fn flight(log: &Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
+    let Log { name, file, bytes } = *log;
+    // What is wrong with the header is told when the table is read.
+    let table = Table::open(file, bytes, &mut Found::default());
+    let header = table.as_ref().map_or(&[][..], Table::header);
+    let campaign = crazyflie::completed(campaign, header);
+    let vehicles = vehicles(file, bytes, &campaign, found)?;
+    recording(name, file, vehicles, &campaign, found)
+}
+
+/// The recording of a log of one vehicle: the campaign's only one, or the one that the log is named
+/// after. `samples` reads it, by its id.
+pub(super) fn of_one(
+    name: &str,
+    file: &str,
+    campaign: &Campaign,
+    found: &mut Found,
+    samples: impl FnOnce(&str, &mut Found) -> Option<Samples>,
+) -> Option<Recording> {
+    let one = match campaign.vehicles.0.as_slice() {
+        [one] => Some(one),
+        several => several.iter().find(|(id, _)| id == name),
+    };
+    let Some((id, kind)) = one else {
+        let ids = listed(campaign.vehicles.keys());
+        let message = format!("is of one vehicle, and the campaign has several: {ids}");
+        let help = format!(
+            "name the log after its vehicle, or list only one; this one is called `{name}`"
+        );
+        found.helped(Problem::file(file), message, Some(help));
+        return None;
+    };
+    let samples = samples(id, found)?;
+    let kind = campaign.types.get(kind)?;
+    let vehicles = vehicle(id, file, samples, kind, campaign, found);
+    recording(name, file, vehicles.into_iter().collect(), campaign, found)
 }
 
 /// The recording of some vehicles; a problem where there are none.

@@ -8,24 +8,30 @@
 //! vehicle as logged, how that is meant, judged, and turned into the world. `plausible`: numbers
 //! that cannot be meant. `declared`: the words of a baseline. Then one file a format: `folder`:
 //! tables with their metadata, and `probes` of one; `campaign`: what the logs of some flights leave
-//! unsaid; `flight`: one table; `ulog`: PX4; `needed`: what a log without metadata asks for.
+//! unsaid; `log`: the kinds of logs; `flight`: one table; `series`: streams brought together;
+//! `crazyflie` and `usd`: its names, and its card; `ulog`: PX4; `needed`: what a log without
+//! metadata asks for.
 
 mod campaign;
 mod checks;
 mod columns;
 mod conventions;
+mod crazyflie;
 mod declared;
 mod flight;
 mod folder;
 mod found;
 mod json;
+mod log;
 mod needed;
 mod plausible;
 mod probes;
 mod samples;
+mod series;
 mod table;
 mod track;
 mod ulog;
+mod usd;
 
 pub use campaign::{
     Campaign, Pairs, Sourced, VehicleType, WrittenAir, WrittenForce, WrittenTerm, WrittenThrustMap,
@@ -34,5 +40,6 @@ pub use conventions::{Acceleration, Frame, Pitch, Turns};
 pub use declared::Declared;
 pub use flight::read_flight;
 pub use folder::{FOLDER_FILES, read_folder};
+pub use log::{LOG_FILES, LOG_HEAD_BYTES, log_name, read_log};
 pub use needed::needed;
-pub use ulog::{read_ulog, read_ulog_tables, table_name};
+pub use ulog::{read_ulog_tables, table_name};

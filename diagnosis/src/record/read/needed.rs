@@ -4,43 +4,11 @@
 use std::fmt::Write as _;
 
 use super::columns::{self, Role};
+use super::crazyflie;
 use super::found::Found;
+use super::log::is_table;
 use super::table::Table;
 
-/// Names of the Crazyflie's log variables (bitcraze.io, "Log groups and variables"; cfclient and
-/// cflib write them as headers), each with ours, whose unit is theirs.
-const CRAZYFLIE: [(&str, &str); 28] = [
-    ("t_ms", "timestamp"),
-    ("t_ms", "Timestamp"),
-    ("x_m", "stateEstimate.x"),
-    ("y_m", "stateEstimate.y"),
-    ("z_m", "stateEstimate.z"),
-    ("x_mm", "stateEstimateZ.x"),
-    ("y_mm", "stateEstimateZ.y"),
-    ("z_mm", "stateEstimateZ.z"),
-    ("vx_mps", "stateEstimate.vx"),
-    ("vy_mps", "stateEstimate.vy"),
-    ("vz_mps", "stateEstimate.vz"),
-    ("vx_mmps", "stateEstimateZ.vx"),
-    ("vy_mmps", "stateEstimateZ.vy"),
-    ("vz_mmps", "stateEstimateZ.vz"),
-    ("qx", "stateEstimate.qx"),
-    ("qy", "stateEstimate.qy"),
-    ("qz", "stateEstimate.qz"),
-    ("qw", "stateEstimate.qw"),
-    ("roll_deg", "stateEstimate.roll"),
-    ("pitch_deg", "stateEstimate.pitch"),
-    ("yaw_deg", "stateEstimate.yaw"),
-    ("ax_g", "acc.x"),
-    ("ay_g", "acc.y"),
-    ("az_g", "acc.z"),
-    ("pwm1_u16", "motor.m1"),
-    ("pwm2_u16", "motor.m2"),
-    ("pwm3_u16", "motor.m3"),
-    ("pwm4_u16", "motor.m4"),
-];
-/// And its battery.
-const CRAZYFLIE_BATTERY: (&str, &str) = ("vbat_v", "pm.vbat");
 /// Most vehicles that are listed. Chosen here: more are written by hand or by a script.
 const MOST_VEHICLES: usize = 30;
 
@@ -50,39 +18,26 @@ const MOST_VEHICLES: usize = 30;
 /// ```
 /// let log = b"timestamp,stateEstimate.x,stateEstimate.y,stateEstimate.z\n0,0,0,1\n";
 /// let asked = diagnosis::record::read::needed("cf7", "cf7.csv", log);
-/// assert!(asked.contains(r#""t_ms": "timestamp""#));
+/// assert!(!asked.contains("columns"), "the Crazyflie's names are known");
 /// assert!(asked.contains(r#"vehicles: { "cf7": "drone" }"#));
 /// ```
 #[must_use]
 pub fn needed(name: &str, file: &str, bytes: &[u8]) -> String {
     let mut found = Found::default();
-    let is_table = !file.trim_end_matches(".gz").ends_with(".ulg");
-    let table = is_table.then(|| Table::open(file, bytes, &mut found));
+    let table = is_table(file, bytes).then(|| Table::open(file, bytes, &mut found));
     let table = table.flatten();
     let header = table.as_ref().map_or(&[][..], Table::header).to_vec();
     let mut text = String::from("(\n    name: \"my flights\",\n");
-    let theirs: Vec<(&str, &str)> = CRAZYFLIE
-        .into_iter()
-        .chain([CRAZYFLIE_BATTERY])
-        .filter(|(_, theirs)| header.iter().any(|column| column == theirs))
-        .collect();
     let means = |role: Role| {
         let mut names = header.iter().map(String::as_str);
         let ours = |name: &str| columns::meaning(name).is_some_and(|(known, _)| known == role);
-        names.any(ours) || theirs.iter().any(|(name, _)| ours(name))
+        names.any(ours) || crazyflie::says(role, &header)
     };
-    if theirs.iter().any(|(ours, _)| *ours == "ax_g") {
-        text += "    acceleration: SpecificForceInBody,\n";
-    } else if means(Role::Acceleration(0)) {
+    let acceleration = Role::Acceleration(0);
+    if means(acceleration) && !crazyflie::says(acceleration, &header) {
         text += "    acceleration: ?, // SpecificForceInBody or SpecificForceInWorld where az reads +9.8 m/s2 at hover, GravityRemovedInBody or GravityRemovedInWorld where it reads 0\n";
     }
-    if theirs.iter().any(|(ours, _)| *ours == "pitch_deg") {
-        text += "    pitch: NoseUp,\n";
-    }
-    let mut pairs: Vec<String> = theirs
-        .iter()
-        .map(|(ours, theirs)| format!("\"{ours}\": \"{theirs}\""))
-        .collect();
+    let mut pairs = Vec::new();
     let required = [("t_s", Role::Time)];
     let places = ["x_m", "y_m", "z_m"].into_iter().enumerate();
     let places = places.map(|(axis, name)| (name, Role::Position(axis)));

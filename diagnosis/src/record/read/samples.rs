@@ -40,29 +40,36 @@ impl Samples {
                 samples.columns.insert(role, values);
             }
         }
-        for (role, count) in groups() {
-            if (0..count).any(|axis| !samples.columns.contains_key(&role(axis))) {
-                (0..count).for_each(|axis| drop(samples.columns.remove(&role(axis))));
-            }
-        }
-        let is_angle = |role: &Role| matches!(role, Role::Angle(_));
-        if samples.columns.contains_key(&Role::Quaternion(0)) {
-            samples.columns.retain(|role, _| !is_angle(role));
-        } else if samples.columns.keys().any(is_angle) {
-            for (axis, angle) in ["roll", "pitch", "yaw"].into_iter().enumerate() {
-                if !columns.by_role.contains_key(&Role::Angle(axis)) {
-                    let message = format!("{angle} is not logged: taken as 0");
-                    found.remark(RemarkKind::Assumed, Some(vehicle), message);
-                }
-                let column = samples.columns.entry(Role::Angle(axis));
-                column.or_insert_with(|| vec![0.0; mine.len()]);
-            }
-        }
+        samples.settle(vehicle, found);
         if !empty.is_empty() {
             let message = format!("no value in any row of {}", listed(empty));
             found.remark(RemarkKind::Unused, Some(vehicle), message);
         }
         samples
+    }
+
+    /// Leaves whole groups alone: of a group that lacks a column nothing is used, of angles a
+    /// missing one is taken as 0, and a quaternion goes before them.
+    pub(super) fn settle(&mut self, vehicle: &str, found: &mut Found) {
+        let rows = self.column(Role::Time).len();
+        for (role, count) in groups() {
+            if (0..count).any(|axis| !self.columns.contains_key(&role(axis))) {
+                (0..count).for_each(|axis| drop(self.columns.remove(&role(axis))));
+            }
+        }
+        let is_angle = |role: &Role| matches!(role, Role::Angle(_));
+        if self.columns.contains_key(&Role::Quaternion(0)) {
+            self.columns.retain(|role, _| !is_angle(role));
+        } else if self.columns.keys().any(is_angle) {
+            for (axis, angle) in ["roll", "pitch", "yaw"].into_iter().enumerate() {
+                if !self.columns.contains_key(&Role::Angle(axis)) {
+                    let message = format!("{angle} is not logged: taken as 0");
+                    found.remark(RemarkKind::Assumed, Some(vehicle), message);
+                }
+                let column = self.columns.entry(Role::Angle(axis));
+                column.or_insert_with(|| vec![0.0; rows]);
+            }
+        }
     }
 
     /// One column; empty where there is none.

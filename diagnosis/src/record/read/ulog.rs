@@ -16,20 +16,17 @@ use px4_ulog::stream_parser::{DataMessage, LogParser};
 use super::campaign::Campaign;
 use super::columns::{Role, RoleOf};
 use super::conventions::{Acceleration, Frame, Turns};
-use super::flight::{recording, vehicle};
-use super::found::{Found, listed};
+use super::flight::of_one;
+use super::found::Found;
+use super::log::Log;
 use super::samples::Samples;
+use super::series::{Sources, Stream, joined};
 use super::table::Table;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
 use crate::statistics::quantile::nearest_rank;
 
-/// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which
-/// are logged at 10 Hz or faster ...
-const NEAR_S: f64 = 0.2;
-/// ... and the battery, logged at 1 Hz or faster.
-const BATTERY_NEAR_S: f64 = 3.0;
 /// What `actuator_outputs` holds: in words, of a motor that stands, of one that is given all there
 /// is, and the lowest and highest value that is such a one (PX4: `PWM_MAIN_MIN` and `PWM_MAIN_MAX`
 /// 1000 and 2000 by default, 900 disarmed; DroneCAN's `RawCommand` 14 bits with a sign).
@@ -48,16 +45,9 @@ const CHANGES: f64 = 0.01;
 
 /// A recording from the bytes of a ULog. Of the campaign, frame and kind of acceleration are PX4's
 /// own, whatever it says.
-///
-/// # Errors
-/// Everything that keeps it from being read.
-pub fn read_ulog(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    campaign: &Campaign,
-) -> Result<Recording, Problems> {
-    Found::recording(|found| flight(name, file, &from_ulog(file, bytes, found)?, campaign, found))
+pub(super) fn ulog(log: &Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
+    let topics = from_ulog(log.file, log.bytes, found)?;
+    flight(log.name, log.file, &topics, campaign, found)
 }
 
 /// A recording from the tables that `ulog2csv` wrote of one log, by name.
@@ -85,24 +75,16 @@ fn flight(
         quaternion: Turns::BodyToWorld,
         ..campaign.clone()
     };
-    let one = match campaign.vehicles.0.as_slice() {
-        [one] => Some(one),
-        several => several.iter().find(|(id, _)| id == name),
-    };
-    let Some((id, kind)) = one else {
-        let ids = listed(campaign.vehicles.keys());
-        let message = format!("is of one vehicle, and the campaign has several: {ids}");
-        let help = format!(
-            "name the log after its vehicle, or list only one; this one is called `{name}`"
-        );
-        found.helped(Problem::file(file), message, Some(help));
-        return None;
-    };
-    let samples = samples(id, file, topics, found)?;
-    let kind = campaign.types.get(kind)?;
-    let vehicles = vehicle(id, file, samples, kind, &campaign, found);
-    recording(name, file, vehicles.into_iter().collect(), &campaign, found)
+    of_one(name, file, &campaign, found, |id, found| {
+        samples(id, file, topics, found)
+    })
 }
+
+const SOURCES: Sources = Sources {
+    acceleration: "vehicle_acceleration, sensor_combined",
+    motors: "actuator_motors, actuator_outputs",
+    battery: "battery_status",
+};
 
 /// All topics at the times of the position.
 fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<Samples> {
@@ -122,68 +104,43 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         let since_s = |t_us: &f64| (t_us - start_us) * 1e-6;
         topic.t_us.iter().map(since_s).collect()
     };
-    let t_s = seconds(position);
-    let brought = |topic: &Topic, columns: &[Vec<f64>], near_s: f64| -> Vec<Vec<f64>> {
-        let at_s = seconds(topic);
-        let column = |values: &Vec<f64>| brought(&at_s, values, &t_s, near_s);
-        columns.iter().map(column).collect()
-    };
-    let mut samples = Samples::default();
-    let mut put = |role: RoleOf, columns: Vec<Vec<f64>>| {
+    let stream = |topic: &Topic, role: RoleOf, columns: Vec<Vec<f64>>| {
         let columns = columns.into_iter().enumerate();
-        (samples.columns).extend(columns.map(|(axis, column)| (role(axis), column)));
+        Stream {
+            t_s: seconds(topic),
+            columns: columns.map(|(axis, of)| (role(axis), of)).collect(),
+        }
     };
     let mut position_m = position_m.to_vec();
     continued(id, position, &mut position_m, found);
     let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
     only_valid(id, position, (&mut position_m, &mut velocity_mps), found);
-    put(Role::Position, position_m);
-    if let Some(velocity_mps) = velocity_mps {
-        put(Role::Velocity, velocity_mps);
-    }
+    let mut place = stream(position, Role::Position, position_m);
+    let velocity_mps = velocity_mps.into_iter().flatten().enumerate();
+    (place.columns).extend(velocity_mps.map(|(axis, of)| (Role::Velocity(axis), of)));
+    let mut streams = vec![place];
     let whole = |name: &'static str, fields| {
         let topic = first(name)?;
         Some((topic, topic.whole(fields)?))
     };
     if let Some((topic, logged)) = whole("vehicle_attitude", 0..4) {
-        let mut q = brought(topic, &same_half(logged), NEAR_S);
-        for row in 0..t_s.len() {
-            // Between two quaternions that are apart the chord is short.
-            let square: f64 = q.iter().map(|part| part[row] * part[row]).sum();
-            q.iter_mut().for_each(|part| part[row] /= square.sqrt());
-        }
+        let mut q = logged.to_vec();
         // Logged as w, x, y, z.
         q.rotate_left(1);
-        put(Role::Quaternion, q);
+        streams.push(stream(topic, Role::Quaternion, q));
     }
     let accelerations = ["vehicle_acceleration", "sensor_combined"];
     let acceleration = accelerations.into_iter().find_map(|name| whole(name, 0..3));
     if let Some((topic, logged)) = acceleration {
-        let at_s = seconds(topic);
-        let mean = |values: &Vec<f64>| averaged(&at_s, values, &t_s, NEAR_S);
-        put(Role::Acceleration, logged.iter().map(mean).collect());
+        streams.push(stream(topic, Role::Acceleration, logged.to_vec()));
     }
     if let Some((topic, motors)) = motors(id, topics, found) {
-        put(Role::Duty, brought(topic, &motors, NEAR_S));
+        streams.push(stream(topic, Role::Duty, motors));
     }
     if let Some((topic, logged)) = whole("battery_status", 0..1) {
-        put(|_| Role::Battery, brought(topic, logged, BATTERY_NEAR_S));
+        streams.push(stream(topic, |_| Role::Battery, logged.to_vec()));
     }
-    for (what, role) in [
-        (
-            "acceleration (vehicle_acceleration, sensor_combined)",
-            Role::Acceleration(0),
-        ),
-        ("motors (actuator_motors, actuator_outputs)", Role::Duty(0)),
-        ("battery (battery_status)", Role::Battery),
-    ] {
-        if !samples.columns.contains_key(&role) {
-            let message = format!("the log has no {what}: no force can be told from it");
-            found.remark(RemarkKind::Assumed, Some(id), message);
-        }
-    }
-    samples.columns.insert(Role::Time, t_s);
-    Some(samples)
+    joined(id, streams, &SOURCES, found)
 }
 
 /// Duty cycles of four motors: of the instance of `actuator_motors`, else of `actuator_outputs`, in
@@ -319,56 +276,6 @@ fn only_valid(
         let untrusted = rows.filter(|(_, valid)| **valid == 0.0);
         untrusted.for_each(|(m, _)| *m = f64::NAN);
     }
-}
-
-/// `q` and `-q` are the same attitude; neighbours are made to lie on the same side, so that between
-/// them is between them.
-fn same_half(logged: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mut q = logged.to_vec();
-    for row in 1..q[0].len() {
-        let dot: f64 = q.iter().map(|part| part[row - 1] * part[row]).sum();
-        if dot < 0.0 {
-            q.iter_mut().for_each(|part| part[row] = -part[row]);
-        }
-    }
-    q
-}
-
-/// Values at other times, on the line between the two readings around each; NaN farther than
-/// `near_s` from either.
-fn brought(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
-    let one = |&t_s: &f64| {
-        let after = at_s.partition_point(|&other_s| other_s < t_s);
-        let near = |at: Option<usize>| at.filter(|&at| (at_s[at] - t_s).abs() <= near_s);
-        let before = near(after.checked_sub(1));
-        let after = near((after < at_s.len()).then_some(after));
-        match (before, after) {
-            (Some(before), Some(after)) => {
-                let part = (t_s - at_s[before]) / (at_s[after] - at_s[before]);
-                values[before] + part * (values[after] - values[before])
-            }
-            (one, other) => one.or(other).map_or(f64::NAN, |at| values[at]),
-        }
-    };
-    to_s.iter().map(one).collect()
-}
-
-/// Mean of the readings nearer to each time than to its neighbours, so that vibration does not
-/// alias; where there is none, the line between those around it.
-fn averaged(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
-    let mut means = brought(at_s, values, to_s, near_s);
-    for (index, mean) in means.iter_mut().enumerate() {
-        let t_s = to_s[index];
-        let before = index.checked_sub(1);
-        let before_s = before.map_or(near_s, |before| t_s - to_s[before]);
-        let after_s = to_s.get(index + 1).map_or(near_s, |after_s| after_s - t_s);
-        let from = at_s.partition_point(|&other_s| other_s < t_s - 0.5 * before_s.min(near_s));
-        let end = at_s.partition_point(|&other_s| other_s < t_s + 0.5 * after_s.min(near_s));
-        if from < end {
-            *mean = values[from..end].iter().sum::<f64>() / (end - from) as f64;
-        }
-    }
-    means
 }
 
 /// One topic over time.

@@ -1,6 +1,7 @@
 //! Logs written here, byte by byte after the format's description (docs.px4.io, "ULog File
 //! Format"), and their tables.
 
+use super::super::read_log;
 use super::*;
 use crate::record::recording::Track;
 use nalgebra::{Point3, Vector3};
@@ -113,7 +114,7 @@ fn flight() -> Log {
 }
 
 fn read(log: &[u8]) -> Recording {
-    read_ulog("flight", "flight.ulg", log, &campaign()).expect("in order")
+    read_log("flight", "flight.ulg", log, &campaign()).expect("in order")
 }
 
 fn track(recording: &Recording) -> &Track {
@@ -197,7 +198,7 @@ fn what_is_no_log_or_has_no_position_is_an_error() {
             "flight.ulg: is no ULog: it ends in its header",
         ),
     ] {
-        let problems = read_ulog("flight", "flight.ulg", bytes, &campaign())
+        let problems = read_log("flight", "flight.ulg", bytes, &campaign())
             .expect_err("is refused")
             .0;
         assert!(problems[0].to_string().starts_with(said), "{}", problems[0]);
@@ -206,7 +207,7 @@ fn what_is_no_log_or_has_no_position_is_an_error() {
     empty.formats();
     empty.subscribe(0, 4, "battery_status");
     empty.data(4, 0, &[16.0], &[]);
-    let problems = read_ulog("flight", "flight.ulg", &empty.0, &campaign())
+    let problems = read_log("flight", "flight.ulg", &empty.0, &campaign())
         .expect_err("is refused")
         .0;
     assert_eq!(
@@ -220,9 +221,9 @@ fn with_several_vehicles_the_log_is_that_of_its_name() {
     let two = CAMPAIGN.replace("\"q1\": \"quad\"", "\"q1\": \"quad\", \"q2\": \"quad\"");
     let two = Campaign::parse("c.ron", &two).expect("in order");
     let log = flight().0;
-    let recording = read_ulog("q2", "q2.ulg", &log, &two).expect("in order");
+    let recording = read_log("q2", "q2.ulg", &log, &two).expect("in order");
     assert_eq!(recording.vehicles[0].id, "q2");
-    let problems = read_ulog("flight", "flight.ulg", &log, &two)
+    let problems = read_log("flight", "flight.ulg", &log, &two)
         .expect_err("is refused")
         .0;
     assert_eq!(

@@ -1,0 +1,184 @@
+//! What a log holds in several streams, each with its own times, brought to the times of the
+//! position.
+
+use super::columns::Role;
+use super::found::Found;
+use super::samples::Samples;
+use crate::record::remark::RemarkKind;
+
+/// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which
+/// are logged at 10 Hz or faster ...
+const NEAR_S: f64 = 0.2;
+/// ... and the battery, logged at 1 Hz or faster.
+const BATTERY_NEAR_S: f64 = 3.0;
+
+/// Records that share their times: as many entries in every column, in SI.
+#[derive(Debug, Default)]
+pub(super) struct Stream {
+    pub(super) t_s: Vec<f64>,
+    pub(super) columns: Vec<(Role, Vec<f64>)>,
+}
+
+/// What a kind of log calls what a force needs.
+pub(super) struct Sources {
+    pub(super) acceleration: &'static str,
+    pub(super) motors: &'static str,
+    pub(super) battery: &'static str,
+}
+
+/// All streams of one vehicle at the times of the first that has a position; of two that say the
+/// same the first is used. `None` where no stream has a position.
+pub(super) fn joined(
+    id: &str,
+    mut streams: Vec<Stream>,
+    sources: &Sources,
+    found: &mut Found,
+) -> Option<Samples> {
+    let has_position =
+        |stream: &Stream| (0..3).all(|axis| stream.column(Role::Position(axis)).is_some());
+    let place = streams.iter().position(has_position)?;
+    let Stream { t_s, columns } = streams.remove(place);
+    let mut samples = Samples::default();
+    samples.columns.extend(columns);
+    for stream in streams {
+        for (role, column) in stream.at(&t_s) {
+            samples.columns.entry(role).or_insert(column);
+        }
+    }
+    samples.columns.insert(Role::Time, t_s);
+    samples.settle(id, found);
+    for (what, names, role) in [
+        ("acceleration", sources.acceleration, Role::Acceleration(0)),
+        ("motors", sources.motors, Role::Duty(0)),
+        ("battery", sources.battery, Role::Battery),
+    ] {
+        if !samples.columns.contains_key(&role) {
+            let message = format!("the log has no {what} ({names}): no force can be told from it");
+            found.remark(RemarkKind::Assumed, Some(id), message);
+        }
+    }
+    Some(samples)
+}
+
+impl Stream {
+    fn column(&self, role: Role) -> Option<&Vec<f64>> {
+        let found = self.columns.iter().find(|(other, _)| *other == role);
+        found.map(|(_, column)| column)
+    }
+
+    /// Its columns at other times.
+    fn at(&self, t_s: &[f64]) -> Vec<(Role, Vec<f64>)> {
+        let quaternion: Vec<&Vec<f64>> = (0..4)
+            .filter_map(|part| self.column(Role::Quaternion(part)))
+            .collect();
+        let mut turned = match quaternion.len() {
+            4 => self.attitude_at(&quaternion, t_s),
+            _ => Vec::new(),
+        };
+        let one = |(role, column): &(Role, Vec<f64>)| {
+            let values = match role {
+                Role::Quaternion(part) => std::mem::take(turned.get_mut(*part)?),
+                Role::Acceleration(_) => averaged(&self.t_s, column, t_s, NEAR_S),
+                Role::Battery => brought(&self.t_s, column, t_s, BATTERY_NEAR_S),
+                Role::Angle(_) => brought(&self.t_s, &unwrapped(column), t_s, NEAR_S),
+                _ => brought(&self.t_s, column, t_s, NEAR_S),
+            };
+            Some((*role, values))
+        };
+        self.columns.iter().filter_map(one).collect()
+    }
+
+    fn attitude_at(&self, logged: &[&Vec<f64>], t_s: &[f64]) -> Vec<Vec<f64>> {
+        let same = same_half(logged);
+        let column = |values: &Vec<f64>| brought(&self.t_s, values, t_s, NEAR_S);
+        let mut q: Vec<Vec<f64>> = same.iter().map(column).collect();
+        for row in 0..t_s.len() {
+            // Between two quaternions that are apart the chord is short.
+            let square: f64 = q.iter().map(|part| part[row] * part[row]).sum();
+            q.iter_mut().for_each(|part| part[row] /= square.sqrt());
+        }
+        q
+    }
+}
+
+/// `q` and `-q` are the same attitude; neighbours are made to lie on the same side, so that between
+/// them is between them.
+fn same_half(logged: &[&Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut q: Vec<Vec<f64>> = logged.iter().map(|part| (*part).clone()).collect();
+    for row in 1..q[0].len() {
+        let dot: f64 = q.iter().map(|part| part[row - 1] * part[row]).sum();
+        if dot < 0.0 {
+            q.iter_mut().for_each(|part| part[row] = -part[row]);
+        }
+    }
+    q
+}
+
+/// Angles (rad) without their steps of a whole turn, so that between two of them is between them.
+fn unwrapped(angles: &[f64]) -> Vec<f64> {
+    let mut last = f64::NAN;
+    let one = |&angle: &f64| {
+        let turns = ((last - angle) / std::f64::consts::TAU).round();
+        let near = match turns.is_finite() {
+            true => angle + turns * std::f64::consts::TAU,
+            false => angle,
+        };
+        if near.is_finite() {
+            last = near;
+        }
+        near
+    };
+    angles.iter().map(one).collect()
+}
+
+/// Values at other times, on the line between the two readings around each; NaN farther than
+/// `near_s` from either.
+fn brought(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
+    let one = |&t_s: &f64| {
+        let after = at_s.partition_point(|&other_s| other_s < t_s);
+        let near = |at: Option<usize>| at.filter(|&at| (at_s[at] - t_s).abs() <= near_s);
+        let before = near(after.checked_sub(1));
+        let after = near((after < at_s.len()).then_some(after));
+        match (before, after) {
+            (Some(before), Some(after)) => {
+                let part = (t_s - at_s[before]) / (at_s[after] - at_s[before]);
+                values[before] + part * (values[after] - values[before])
+            }
+            (one, other) => one.or(other).map_or(f64::NAN, |at| values[at]),
+        }
+    };
+    to_s.iter().map(one).collect()
+}
+
+/// Mean of the readings nearer to each time than to its neighbours, so that vibration does not
+/// alias; where there is none, the line between those around it.
+fn averaged(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
+    let mut means = brought(at_s, values, to_s, near_s);
+    for (index, mean) in means.iter_mut().enumerate() {
+        let t_s = to_s[index];
+        let before = index.checked_sub(1);
+        let before_s = before.map_or(near_s, |before| t_s - to_s[before]);
+        let after_s = to_s.get(index + 1).map_or(near_s, |after_s| after_s - t_s);
+        let from = at_s.partition_point(|&other_s| other_s < t_s - 0.5 * before_s.min(near_s));
+        let end = at_s.partition_point(|&other_s| other_s < t_s + 0.5 * after_s.min(near_s));
+        if from < end {
+            *mean = values[from..end].iter().sum::<f64>() / (end - from) as f64;
+        }
+    }
+    means
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_two_angles_across_half_a_turn_is_between_them() {
+        let stream = Stream {
+            t_s: vec![0.0, 0.1],
+            columns: vec![(Role::Angle(2), vec![3.1, -3.1])],
+        };
+        let (_, yaw) = &stream.at(&[0.05])[0];
+        assert!((yaw[0] - std::f64::consts::PI).abs() < 1e-12, "{yaw:?}");
+    }
+}
