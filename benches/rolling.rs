@@ -58,6 +58,7 @@ fn ten_changes(world: &World) -> Vec<Change> {
             to_m: [x, y, z].into(),
             dwell_s: 1.0,
             load_kg: None,
+            during_s: None,
         }
     };
     let mut changes = Vec::new();

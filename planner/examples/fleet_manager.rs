@@ -41,6 +41,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         to_m: Point3::new(10.0, 9.0, 1.5),
         dwell_s: 3.0,
         load_kg: None,
+        during_s: None,
     };
     if let Some(scout) = rest.drones.iter_mut().find(|drone| drone.name == "scout-2") {
         scout.tasks.push(order);

@@ -85,6 +85,7 @@ fn a_plan_is_changed_after_months_as_after_seconds() {
             to_m: [6.0, 10.5, 3.0].into(),
             dwell_s: 86_400.0,
             load_kg: None,
+            during_s: None,
         };
         let change = Change::Retasked {
             drone: "b".to_owned(),

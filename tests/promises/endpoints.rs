@@ -16,6 +16,7 @@ fn drone(name: &str, start_m: [f64; 3], goal_m: Option<[f64; 3]>) -> Drone {
             to_m: to_m.into(),
             dwell_s: 0.0,
             load_kg: None,
+            during_s: None,
         })
         .into_iter()
         .collect();

@@ -4,6 +4,7 @@
 mod answers;
 mod crowded;
 mod duties;
+mod formations;
 mod improving;
 mod random;
 mod refusals;

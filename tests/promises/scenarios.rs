@@ -86,6 +86,7 @@ fn the_shipped_scenarios_are_the_ones_that_the_readme_can_name() {
             "corridor",
             "draughty-hall",
             "landing-pads",
+            "light-show",
             "mixed-fleet",
             "no-downwash-zone",
             "shaft",
@@ -194,6 +195,32 @@ fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
         "% power",
     ] {
         assert!(reason.contains(part), "{part:?} is missing in: {reason}");
+    }
+}
+
+#[test]
+fn the_light_show_is_in_place_together_holds_it_and_lands_where_it_stood() {
+    let show = world("light-show");
+    let plan = shipped_plan("light-show");
+    assert_eq!(plan.drones.len(), 100);
+    assert_eq!(planner::scenario::missing(&show, plan), [""; 0]);
+    for (asked, flown) in show.drones.iter().zip(&plan.drones) {
+        let place_m = asked.tasks[0].to_m;
+        let Some([from_s, until_s]) = asked.tasks[0].during_s else {
+            panic!("{} has no time", asked.name)
+        };
+        assert_eq!([from_s, until_s], [8.0, 18.0]);
+        let trajectory = &flown.trajectory;
+        let stays = |k: &usize| {
+            let [a, b] = [k - 1, *k].map(|k| (trajectory.t_s[k], trajectory.position_m[k]));
+            let is_there = [a.1, b.1].iter().all(|at| (at - place_m).norm() < 1e-6);
+            a.0 <= from_s + SAME && b.0 >= until_s - SAME && is_there
+        };
+        let holds = (1..trajectory.t_s.len()).any(|k| stays(&k));
+        assert!(holds, "{} is not held at {place_m}", asked.name);
+        let beside_m = trajectory.position_m.last().unwrap() - asked.start_m;
+        assert!(beside_m.xy().norm() < 1e-6, "{}: {beside_m}", asked.name);
+        assert!(flown.airborne_s.1.is_some(), "{} hovers", asked.name);
     }
 }
 

@@ -53,8 +53,34 @@ pub(crate) struct Waypoint {
     pub(crate) distances: Arc<Distances>,
     /// How long it hovers there.
     pub(crate) dwell_ticks: u32,
+    /// When it has to be there at the latest; [`Tick::FOREVER`]: whenever.
+    pub(crate) due: Tick,
+    /// Until when it stays at least, however early it came.
+    pub(crate) until: Tick,
+    /// When its last dwell ends at the earliest, by the moments until which it stays here and at
+    /// the waypoints to come.
+    pub(crate) ends: Tick,
     /// From arriving there to the end of the last dwell, with no other drone there.
     pub(crate) rest_ticks: u32,
+}
+
+impl Waypoint {
+    /// Whether it is to be reached, or left, by a time of the plan.
+    pub(crate) fn is_timed(&self) -> bool {
+        self.due != Tick::FOREVER || self.until != Tick(0)
+    }
+
+    /// How long it has to be there, whenever it comes.
+    pub(crate) fn stay_ticks(&self) -> u32 {
+        let held = self.until.0.saturating_sub(self.due.0);
+        self.dwell_ticks.max(held)
+    }
+
+    /// When a dwell ends that begins at a moment; `None` where that is too late.
+    pub(crate) fn dwells_until(&self, begins: Tick) -> Option<Tick> {
+        let until = begins.after(self.dwell_ticks).max(self.until);
+        (begins <= self.due).then_some(until)
+    }
 }
 
 /// What a drone does after its last dwell.
@@ -231,6 +257,12 @@ impl Agent {
                 let from = self.waypoints[index].distances.goal();
                 rest = add(rest, next.distances.ticks(roadmap, from));
             }
+            let onward = match self.waypoints[index].until {
+                Tick(0) => Tick(0),
+                until => until.after(rest),
+            };
+            let later = self.waypoints.get(index + 1);
+            self.waypoints[index].ends = later.map_or(onward, |it| it.ends.max(onward));
             rest = add(rest, self.waypoints[index].dwell_ticks);
             self.waypoints[index].rest_ticks = rest;
         }
@@ -245,12 +277,26 @@ impl Agent {
         }
     }
 
+    /// When its last dwell ends at the earliest, by the moments until which it has to stay at this
+    /// waypoint and at those to come.
+    pub(crate) fn ends_from(&self, waypoint: usize) -> Tick {
+        let waypoint = self.waypoints.get(waypoint);
+        waypoint.map_or(Tick(0), |it| it.ends)
+    }
+
+    /// Whether it has to be somewhere at a time of the plan.
+    pub(crate) fn is_timed(&self) -> bool {
+        self.waypoints.iter().any(Waypoint::is_timed)
+    }
+
     /// Works out how long its path is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.remaining(roadmap, 0, self.start);
         if !self.waypoints.is_empty() && self.begun.is_empty() {
             self.alone_ticks = add(self.alone_ticks, self.lead_ticks());
         }
+        let held = self.ends_from(0).0.saturating_sub(self.departs.0);
+        self.alone_ticks = self.alone_ticks.max(held);
         let starts = std::iter::once(self.start).chain(self.goals());
         let legs = starts.zip(&self.waypoints);
         self.alone_m = legs

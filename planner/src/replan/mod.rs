@@ -110,6 +110,7 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
             to_m: drone.start_m,
             dwell_s: 0.0,
             load_kg: Some((heaviest_kg - drone.vehicle.airframe.mass_kg()).max(0.0)),
+            during_s: None,
         }],
         ..drone.clone()
     };

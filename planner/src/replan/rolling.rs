@@ -20,7 +20,7 @@
 //! let second = plan.drones[1].clone();
 //!
 //! let mut running = Running::new(world, plan)?;
-//! let elsewhere = Task { to_m: [32.5, 32.5, 4.5].into(), dwell_s: 2.0, load_kg: None };
+//! let elsewhere = Task { to_m: [32.5, 32.5, 4.5].into(), dwell_s: 2.0, load_kg: None, during_s: None };
 //! let changes = [
 //!     Change::Late { drone: "d1".to_owned(), by_s: 1.5 },
 //!     Change::Retasked { drone: "d3".to_owned(), tasks: vec![elsewhere] },

@@ -162,8 +162,10 @@ impl Track {
                 };
                 let begins = leg.start.max(from);
                 let there = leg.position_m(begins) == goal_m && leg.kind == *kind;
-                if there && self.stays_until(index, goal_m) >= begins.after(waypoint.dwell_ticks) {
-                    break (begins, begins.after(waypoint.dwell_ticks));
+                // However late it is by now.
+                let until = begins.after(waypoint.dwell_ticks).max(waypoint.until);
+                if there && self.stays_until(index, goal_m) >= until {
+                    break (begins, until);
                 }
                 index += 1;
             };
@@ -208,7 +210,7 @@ impl Track {
         if let (Some(dwell), Some(waypoint)) = (dwells.get(done), self.agent.waypoints.first_mut())
             && dwell.0 <= was
         {
-            let gone = waypoint.dwell_ticks - (dwell.1.0 - was.0);
+            let gone = waypoint.dwell_ticks.saturating_sub(dwell.1.0 - was.0);
             waypoint.dwell_ticks -= gone;
             waypoint.rest_ticks = waypoint.rest_ticks.saturating_sub(gone);
         }

@@ -253,6 +253,8 @@ fn of_drone(drone: &Drone, entry: &DronePlan, plan: &Plan) -> Vec<String> {
 fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
     // What stays after the last time may dwell as long as asked for.
     let longest_s: f64 = drone.tasks.iter().map(|it| it.dwell_s).sum();
+    let held = drone.tasks.iter().filter_map(|it| it.during_s);
+    let longest_s = held.fold(longest_s, |longest_s, [_, until_s]| longest_s.max(until_s));
     let last_s = entry.trajectory.t_s.last().copied().unwrap_or(0.0);
     let tail = match entry.at_end {
         AtEnd::Hover => Tail::Stays {
@@ -273,9 +275,12 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
         mass_kg = task.load_kg.map_or(mass_kg, |load_kg| bare_kg + load_kg);
         let Some((from_s, until_s)) = reached(&trajectory, task, since_s, mass_kg) else {
             missing.push(format!(
-                "task {number} at ({:.2}, {:.2}, {:.2}) is not reached after {since_s:.2} s, stayed at for {} s \
+                "task {number} at ({:.2}, {:.2}, {:.2}) is not reached after {since_s:.2} s, stayed at for {} s{} \
                  and left at {mass_kg:.3} kg",
-                task.to_m.x, task.to_m.y, task.to_m.z, task.dwell_s
+                task.to_m.x, task.to_m.y, task.to_m.z, task.dwell_s,
+                task.during_s.map_or(String::new(), |[from_s, until_s]| {
+                    format!(", from {from_s} to {until_s} s,")
+                })
             ));
             return missing;
         };
@@ -325,8 +330,12 @@ fn reached(trajectory: &Trajectory, task: &Task, since_s: f64, mass_kg: f64) -> 
         let carries = |piece: &&Piece| piece.motion.until_s > there_s + SHORT_S;
         let carried = pieces[k..].iter().find(carries);
         let is_loaded = carried.is_none_or(|it| same(it.mass_kg, mass_kg));
-        if until_s - there_s >= task.dwell_s - SHORT_S && is_loaded {
-            return Some((there_s, there_s + task.dwell_s));
+        let (due_s, held_s) = task
+            .during_s
+            .map_or((f64::INFINITY, 0.0), |[due_s, held_s]| (due_s, held_s));
+        let leaves_s = (there_s + task.dwell_s).max(held_s);
+        if until_s >= leaves_s - SHORT_S && there_s <= due_s + SHORT_S && is_loaded {
+            return Some((there_s, leaves_s));
         }
     }
     None

@@ -5,8 +5,8 @@ use thiserror::Error;
 
 use super::finding_file::unfit;
 use super::limits::{
-    AIR_LIMIT, BODY_RADIUS_M, BUSY_S, CELL_M, CENTRELINE, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT,
-    LOAD_KG, Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
+    AIR_LIMIT, BODY_RADIUS_M, BUSY_S, CELL_M, CENTRELINE, CLEARANCE_M, DURING_S, DWELL_S,
+    ENERGY_WEIGHT, LOAD_KG, Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
     MOST_INDUCED_VELOCITY_MPS, MOST_ITEMS, MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOST_TRIANGLES,
     MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M,
     SPREADING, STOP_S, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR,
@@ -150,6 +150,9 @@ impl Drone {
         let mut busy_s = 0.0;
         for task in &self.tasks {
             busy_s += (task.to_m - from_m).norm() / self.vehicle.max_speed_mps + task.dwell_s;
+            if let Some([_, until_s]) = task.during_s {
+                busy_s = busy_s.max(until_s);
+            }
             from_m = task.to_m;
         }
         busy_s
@@ -357,6 +360,10 @@ impl Check {
         for task in &drone.tasks {
             self.place(&whose, "a task", &task.to_m);
             self.number(&whose, "a dwell", task.dwell_s, &DWELL_S);
+            if let Some([from_s, until_s]) = task.during_s {
+                self.number(&whose, "the time it is due", from_s, &DURING_S);
+                self.number(&whose, "the time it stays until", until_s, &DURING_S);
+            }
             if let Some(load_kg) = task.load_kg {
                 self.number(&whose, "a load", load_kg, &LOAD_KG);
                 loads_kg.push(load_kg);

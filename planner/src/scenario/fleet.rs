@@ -270,6 +270,7 @@ impl Fleet {
             zones: self.zones,
             airframes: self.airframes,
             drones,
+            formations: Vec::new(),
             planning: written::Planning::default(),
         }
     }

@@ -76,6 +76,8 @@ pub(crate) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
 pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 /// A dwell of at most a day.
 pub(super) const DWELL_S: Limits = from(0.0, 86_400.0, "s");
+/// A time of the plan at which a drone has to be somewhere: a day, as for a dwell.
+pub(super) const DURING_S: Limits = DWELL_S;
 /// What all tasks of a drone take at least, dwells and straight flights together: a year. Ticks
 /// count to 2³² hundredths of a second, 1.3 years; the rest is for detours and waits.
 pub(crate) const BUSY_S: Limits = from(0.0, 3.2e7, "s");

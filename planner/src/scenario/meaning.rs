@@ -11,6 +11,7 @@ use super::Files;
 use super::cell;
 use super::fields::listed;
 use super::finding_file::{self, citation, unfit};
+use super::formations;
 use super::jet_file;
 use super::limits::{BUSY_S, MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO, STOP_S};
 use super::mesh::mesh;
@@ -29,6 +30,8 @@ pub(super) fn world(
     spoilt_airframes: &[String],
     files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
+    let (with_formations, unfit_formations) = formations::assigned(written);
+    let written = &*with_formations;
     let mut meaning = Meaning {
         written,
         spoilt_airframes,
@@ -36,7 +39,7 @@ pub(super) fn world(
             temperature_c: written.air.temperature_c,
             pressure_pa: written.air.pressure_pa,
         },
-        problems: Vec::new(),
+        problems: unfit_formations,
         notes: Vec::new(),
         refused: BTreeSet::new(),
     };
@@ -344,6 +347,7 @@ impl<'w> Meaning<'w> {
             to_m: task.to_m.value,
             dwell_s: task.dwell_s,
             load_kg: task.load_kg.as_ref().map(|load| load.value),
+            during_s: task.during_s.as_ref().map(|during| during.value),
         };
         Drone {
             name: source.name.clone(),

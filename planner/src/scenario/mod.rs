@@ -28,6 +28,7 @@ mod fields;
 mod finding_file;
 mod fleet;
 mod flown;
+mod formations;
 mod intended;
 mod jet_file;
 pub(crate) mod limits;

@@ -9,8 +9,9 @@ use nalgebra::Point3;
 use super::airframes::airframes;
 use super::cell::LARGEST_M as LARGEST_CELL_M;
 use super::fields::{Field, Reader, whole, within};
+use super::formations::formation;
 use super::limits::{
-    AIR_LIMIT, CELL_M, CLEARANCE_M, CONVECTION, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
+    AIR_LIMIT, CELL_M, CLEARANCE_M, CONVECTION, DURING_S, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
     MOST_LATTICE_PLACES, PLACE_M, PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M,
     lattice_places,
 };
@@ -67,6 +68,9 @@ fn scenario<'t>(
         Some(airframes(reader, field, spoilt))
     });
     let drones = record.required(reader, "drones", drones);
+    let formations = record.optional(reader, "formations", |reader, field| {
+        Some(reader.list(field, formation))
+    });
     let planning = record.optional(reader, "planning", planning);
     let (planning, cell_at) = planning.unwrap_or_default();
     record.close(reader);
@@ -89,6 +93,7 @@ fn scenario<'t>(
         zones: zones.unwrap_or_default(),
         airframes: airframes.unwrap_or_default(),
         drones: drones.unwrap_or_default(),
+        formations: formations.unwrap_or_default(),
         planning,
     })
 }
@@ -225,12 +230,19 @@ fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str
     let load_kg = record.optional(reader, "load_kg", |reader, field| {
         Some(field.found(reader.number(field, &LOAD_KG)?))
     });
+    let during_s = record.optional(reader, "during_s", during);
     record.close(reader);
     Some(Task {
         to_m: to_m?,
         dwell_s: dwell_s.unwrap_or_default(),
         load_kg,
+        during_s,
     })
+}
+
+/// From and until when drones are somewhere.
+pub(super) fn during<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<[f64; 2]>> {
+    Some(field.found(reader.range(field, &DURING_S)?))
 }
 
 /// Also where `cell_m` stands, if it does.

@@ -141,6 +141,9 @@ pub struct Task {
     pub dwell_s: f64,
     /// Payload carried from arrival here (kg); `None`: unchanged.
     pub load_kg: Option<f64>,
+    /// It is there throughout this time of the plan, from and until (s): it comes no later than the
+    /// first and goes on no earlier than the second. `None`: whenever it comes.
+    pub during_s: Option<[f64; 2]>,
 }
 
 /// What is flown between the places of a path.

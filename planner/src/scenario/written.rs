@@ -82,6 +82,9 @@ pub(super) struct Written {
     /// The fleet, at least one drone.
     #[schemars(length(min = 1))]
     pub(super) drones: Vec<Drone>,
+    /// Goals that any drone of a group may take, in order, after the tasks of each.
+    #[schemars(default, extend("default" = []))]
+    pub(super) formations: Vec<Formation>,
     /// How to plan.
     #[schemars(default)]
     pub(super) planning: Planning,
@@ -285,6 +288,58 @@ pub(super) struct Task {
     /// Payload carried from arrival here on (kg); 0: dropped.
     #[schemars(with = "Option<f64>", range(min = LOAD_KG.low, max = LOAD_KG.high), extend("default" = "unchanged"))]
     pub(super) load_kg: Option<At<f64>>,
+    /// From and until when it is there, times of the plan, as `(20, 30)` (s): it comes no later,
+    /// waits there if it comes earlier, and goes on no earlier.
+    #[schemars(with = "Option<[f64; 2]>", extend("default" = "whenever it comes"))]
+    pub(super) during_s: Option<At<[f64; 2]>>,
+}
+
+/// Goals that any drone of a group may take: as many as it has drones. They are given so that the
+/// sum of straight flight times is least, and the price of each other's downwash during the stay.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields, extend("oneOf" = [
+    { "required": ["to_m"] },
+    { "required": ["circle"] },
+    { "required": ["sphere"] },
+    { "required": ["home_m"] },
+]))]
+pub(super) struct Formation {
+    /// Names of the group.
+    #[schemars(with = "Option<Vec<String>>", extend("default" = "all drones"))]
+    pub(super) drones: Option<Vec<At<String>>>,
+    /// Places, one for each drone (m).
+    #[schemars(with = "Option<Vec<Coordinates>>")]
+    pub(super) to_m: Option<At<Vec<Place>>>,
+    /// Places on a level circle, equally spaced from +x on.
+    #[schemars(with = "Option<Round>")]
+    pub(super) circle: Option<At<Round>>,
+    /// Places on a sphere, on a Fibonacci lattice: each has the same area around it.
+    #[schemars(with = "Option<Round>")]
+    pub(super) sphere: Option<At<Round>>,
+    /// Each drone goes to so far above its own start (m).
+    #[schemars(with = "Option<f64>", range(min = SIZE_M.low, max = SIZE_M.high))]
+    pub(super) home_m: Option<At<f64>>,
+    /// How long each drone hovers there (s).
+    #[schemars(default, range(min = DWELL_S.low, max = DWELL_S.high))]
+    pub(super) dwell_s: f64,
+    /// From and until when all are in place, times of the plan, as `(20, 30)` (s).
+    #[schemars(with = "Option<[f64; 2]>", extend("default" = "each when it comes"))]
+    pub(super) during_s: Option<At<[f64; 2]>>,
+    /// The whole record.
+    #[schemars(skip)]
+    pub(super) at: Range<usize>,
+}
+
+/// A circle or a sphere.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Round {
+    /// m.
+    #[schemars(with = "Coordinates")]
+    pub(super) centre_m: Place,
+    /// m.
+    #[schemars(range(min = SIZE_M.low, max = SIZE_M.high))]
+    pub(super) radius_m: f64,
 }
 
 /// How to plan.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
-use crate::graph::agent::Agent;
+use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::{AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
 use crate::scenario::world::{Drone, World};
@@ -108,7 +108,7 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let ahead = |leg: &&Leg| leg.start >= agent.departs && leg.start < arrives;
     let still = legs.iter().filter(ahead).filter(|leg| leg.stays());
     let still: u32 = still.map(|leg| leg.end.min(arrives).0 - leg.start.0).sum();
-    let dwells = agent.waypoints.iter().map(|waypoint| waypoint.dwell_ticks);
+    let dwells = agent.waypoints.iter().map(Waypoint::stay_ticks);
     let flown = legs.iter().filter(ahead);
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
     let dwells: u32 = dwells.sum();

@@ -370,6 +370,13 @@ pub(crate) fn agent_of(
             dwell_ticks: Tick::lasting(task.dwell_s)
                 + lead_ticks
                 + if index + 1 < count { lead_ticks } else { 0 },
+            due: (task.during_s).map_or(Tick::FOREVER, |[from_s, _]| {
+                Tick(Tick::lasting(from_s).saturating_sub(lead_ticks))
+            }),
+            until: (task.during_s).map_or(Tick(0), |[_, until_s]| {
+                Tick(Tick::lasting(until_s)).after(lead_ticks)
+            }),
+            ends: Tick(0),
             rest_ticks: 0,
         })
         .collect();

@@ -55,6 +55,7 @@ pub(super) fn task(to_m: [f64; 3], dwell_s: f64) -> Task {
         to_m: to_m.into(),
         dwell_s,
         load_kg: None,
+        during_s: None,
     }
 }
 
@@ -306,6 +307,7 @@ fn made(world: &World, name: &str, frame: &str, recipe: &DroneRecipe) -> Drone {
             to_m: place(*at),
             dwell_s: *dwell_s,
             load_kg: load.map(|share| share * mass_kg),
+            during_s: None,
         })
         .collect();
     let mut start_m = place(recipe.start);

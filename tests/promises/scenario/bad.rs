@@ -272,6 +272,72 @@ fn places_in_obstacles_and_out_of_bounds_come_with_the_nearest_free_one() {
 }
 
 #[test]
+fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
+    let show = |formations: &str| {
+        let drone = |k: usize| {
+            format!(
+                "    (name: \"k{k}\", airframe: \"kolibri\", start_m: ({}, 1, 1)),\n",
+                2 * k
+            )
+        };
+        let fields = format!("  formations: [\n    {formations},\n  ],\n");
+        with(&fields, &(1..4).map(drone).collect::<String>())
+    };
+    let three = "to_m: [(2, 5, 2), (4, 5, 2), (6, 5, 2)]";
+    reviewed(
+        "formations",
+        &pages(&[
+            (
+                "fewer places than drones",
+                show("(to_m: [(2, 5, 2), (4, 5, 2)])"),
+            ),
+            (
+                "no places and two sets of them",
+                show(&format!("(dwell_s: 2), ({three}, home_m: 1)")),
+            ),
+            (
+                "places out of bounds",
+                show(
+                    "(to_m: [(2, 5, 2), (4, 11, 2), (6, 5, 9)]), (circle: (centre_m: (10, 5, 4), radius_m: 6))",
+                ),
+            ),
+            (
+                "places too near to one another",
+                show(
+                    "(to_m: [(2, 5, 2), (4, 5, 2), (4.1, 5, 2)]), (sphere: (centre_m: (10, 5, 4), radius_m: 0.1))",
+                ),
+            ),
+            (
+                "a time that cannot be flown",
+                show(&format!(
+                    "({three}, during_s: (1, 5)), (home_m: 1, during_s: (5.5, 6))"
+                )),
+            ),
+            (
+                "a time upside down and out of range",
+                show(&format!(
+                    "({three}, during_s: (9, 5)), ({three}, during_s: (9, 1e6))"
+                )),
+            ),
+            (
+                "drones that are not there",
+                show(&format!(
+                    "(drones: [\"k1\", \"k1\", \"k22\", \"k3\"], {three})"
+                )),
+            ),
+            (
+                "a round without its parts",
+                show("(circle: (center_m: (10, 5, 4))), (sphere: 3)"),
+            ),
+            (
+                "a task due upside down",
+                with_drone("start_m: (1, 1, 1), tasks: [(to_m: (2, 2, 2), during_s: (3, 2))]"),
+            ),
+        ]),
+    );
+}
+
+#[test]
 fn all_errors_of_a_file_are_told_at_once() {
     let text = r#"Scenario(
   name: "many",

@@ -492,6 +492,7 @@ fn every_change_of_a_plan_with_landings_or_a_finding_or_made_anew_is_named() {
             to_m: [3.0, 9.0, 4.0].into(),
             dwell_s: 1.0,
             load_kg: None,
+            during_s: None,
         }],
     };
     let told = running.replan(3.0, &[retasked], &Control::QUIET);

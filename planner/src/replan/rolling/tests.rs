@@ -36,6 +36,7 @@ fn task(x: f64, y: f64, z: f64) -> Task {
         to_m: Point3::new(x, y, z),
         dwell_s: 1.0,
         load_kg: None,
+        during_s: None,
     }
 }
 

@@ -66,7 +66,7 @@ impl<'a> Heuristic<'a> {
             heuristic.waypoints.push(ahead);
             let plain = match agent.waypoints.len() {
                 // Known, but for air in zones, and then there is no reservation table.
-                1 if agent.smoothing.is_none() => {
+                1 if agent.smoothing.is_none() && !waypoint.is_timed() => {
                     agent.alone_ticks.saturating_sub(waypoint.rest_ticks)
                 }
                 _ => waypoint.distances.ticks(setting.roadmap, from),
@@ -76,7 +76,7 @@ impl<'a> Heuristic<'a> {
                 heuristic.waypoints[index] = None;
             }
             let passed = plain.saturating_add(waypoint.dwell_ticks);
-            begins = begins.saturating_add(passed);
+            begins = begins.saturating_add(passed).max(waypoint.until.0);
             from = waypoint.distances.goal();
         }
         heuristic

@@ -238,22 +238,35 @@ impl<'a> Search<'a> {
 
     /// Without haste.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
-        let least = self.least(node, label.paid, label.at)?;
+        let least = self.least(node, label.waypoint, label.paid, label.at)?;
         if label.met != 0 || label.step == Step::End {
             return Some(least);
         }
-        let excess = self.stays.excess(label.waypoint, least - label.paid);
+        let ends = label.at.0.saturating_add(self.nodes.remaining(node));
+        let excess = self.stays.excess(label.waypoint, ends);
         // The highest: a drone who never leaves is where it has to stay.
-        least.checked_add(excess).filter(|cost| *cost < u32::MAX)
+        let all = label.paid.saturating_add(ends).checked_add(excess)?;
+        Some(all.max(least)).filter(|cost| *cost < u32::MAX)
     }
 
     /// The same but for stays that others are in the way of.
-    fn least(&self, node: usize, paid: u32, at: Tick) -> Option<u32> {
+    ///
+    /// `None` where it would come too late to the next waypoint as well.
+    fn least(&self, node: usize, waypoint: u16, paid: u32, at: Tick) -> Option<u32> {
         let remaining = self.nodes.remaining(node);
         if remaining == UNREACHABLE {
             return None;
         }
-        let least = paid.saturating_add(at.0).saturating_add(remaining);
+        let next = usize::from(waypoint);
+        if let Some(waypoint) = self.agent.waypoints.get(next) {
+            let there = remaining.saturating_sub(waypoint.rest_ticks);
+            if at.after(there) > waypoint.due {
+                return None;
+            }
+        }
+        let ends = at.0.saturating_add(remaining);
+        let ends = ends.max(self.agent.ends_from(next).0);
+        let least = paid.saturating_add(ends);
         (least < u32::MAX).then_some(least)
     }
 
@@ -287,13 +300,17 @@ impl<'a> Search<'a> {
             ..label
         };
         match waypoint {
-            Some(waypoint) if waypoint.distances.goal() == label.vertex => self.push(Label {
-                waypoint: label.waypoint + 1,
-                step: Step::Dwell,
-                at: label.at.after(waypoint.dwell_ticks),
-                heading: AT_REST,
-                ..done
-            }),
+            Some(waypoint) if waypoint.distances.goal() == label.vertex => {
+                if let Some(at) = waypoint.dwells_until(label.at) {
+                    self.push(Label {
+                        waypoint: label.waypoint + 1,
+                        step: Step::Dwell,
+                        at,
+                        heading: AT_REST,
+                        ..done
+                    });
+                }
+            }
             None => self.push(Label {
                 step: Step::End,
                 ..done
@@ -329,7 +346,7 @@ impl<'a> Search<'a> {
             let (departs, heading, turned) = self.following(&label, to, ticks);
             let at = departs.after(ticks);
             let node = self.nodes.flying(label.waypoint, to);
-            let Some(least) = self.least(node, label.paid, at) else {
+            let Some(least) = self.least(node, label.waypoint, label.paid, at) else {
                 return;
             };
             // Mostly that alone is too dear.
@@ -751,7 +768,16 @@ impl<'a> Search<'a> {
             return;
         };
         let later = departs.saturating_sub(label.departs.0);
-        let (from, at) = (self.labels[label.parent as usize], label.at.after(later));
+        let from = self.labels[label.parent as usize];
+        let dwells = || {
+            let waypoint = &self.agent.waypoints[usize::from(from.waypoint)];
+            waypoint.dwells_until(Tick(departs))
+        };
+        let at = match label.step {
+            Step::Dwell => dwells(),
+            _ => Some(label.at.after(later)),
+        };
+        let Some(at) = at else { return };
         if later == 0 || at == Tick::FOREVER {
             return;
         }

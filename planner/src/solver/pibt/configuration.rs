@@ -328,7 +328,7 @@ fn member(
     let links: BTreeMap<Vertex, Vec<Vertex>> = linked.collect();
     let is_linked = (links.values()).all(|links| (1..=MOST_LINKS).contains(&links.len()));
     let is_plain = agent.departs.0 == 0 && agent.begun.is_empty() && agent.forgiven.is_empty();
-    if !(is_fixed || is_linked) || agent.grounded || !is_plain {
+    if !(is_fixed || is_linked) || agent.grounded || agent.is_timed() || !is_plain {
         return None;
     }
     let class = |kind| steps.class(agent.drone, kind);

@@ -1,0 +1,626 @@
+//! Goals that any drone of a group may take: read, held against the bounds and the spacing, and
+//! given to drones, of which they are ordinary tasks from then on.
+//!
+//! Who goes where is an assignment of least cost (H. W. Kuhn, "The Hungarian method for the
+//! assignment problem", Naval Research Logistics Quarterly 2, 1955). What a drone costs at a place
+//! is the time of its straight flight there and, in a fleet of several airframes, the power that
+//! its wake costs at the other places and theirs costs it, while all stay. Those are not known
+//! before: their mean stands for each. Of one airframe the price is the same whoever goes where.
+
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use airflow::{Air, Airframe, Flown, Jet};
+use costmap::wake::fleet::wake_of;
+use nalgebra::{Point3, Vector3};
+use pathfinding::kuhn_munkres::kuhn_munkres_min;
+use pathfinding::matrix::Matrix;
+
+use super::fields::{Field, Reader, within};
+use super::limits::{DWELL_S, SIZE_M};
+use super::problem::{Problem, did_you_mean, nearest};
+use super::read::during;
+use super::source::Value;
+use super::world::{Planning, Vehicle};
+use super::written::{self, At, Bounds, Drone, Formation, Place, Round, Task, Written};
+use crate::plan::Margins;
+
+/// Most drones of one formation: chosen here, the assignment takes the cube of their number.
+const MOST_ASSIGNED: usize = 1000;
+/// Being late costs so much (ms): chosen here, more than all flights of a formation together.
+const LATE_MS: i64 = 1_000_000_000_000;
+/// The golden angle (rad), by which places of a sphere turn from one to the next: Á. González,
+/// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
+/// Mathematical Geosciences 42, 2010.
+const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
+
+/// One formation; `None` unless its keys make exactly one set of places.
+pub(super) fn formation<'t>(
+    reader: &mut Reader<'t>,
+    value: Value<'t>,
+    index: usize,
+) -> Option<Formation> {
+    let mut record = reader.record(value, "Formation", format!("formation {}", index + 1))?;
+    let before = reader.problems.len();
+    let drones = record.optional(reader, "drones", |reader, field| {
+        let name = |reader: &mut Reader<'t>, value, _| reader.text(Field { value, ..field });
+        Some(reader.list(field, name))
+    });
+    let to_m = record.optional(reader, "to_m", |reader, field| {
+        let place = |reader: &mut Reader<'t>, value, _| reader.place(Field { value, ..field });
+        let places = reader.list(field, place);
+        Some(At {
+            value: places,
+            at: field.value.head(),
+        })
+    });
+    let circle = record.optional(reader, "circle", round);
+    let sphere = record.optional(reader, "sphere", round);
+    let home_m = record.optional(reader, "home_m", |reader, field| {
+        Some(field.found(reader.number(field, &SIZE_M)?))
+    });
+    let dwell_s = record.optional(reader, "dwell_s", within(&DWELL_S));
+    let during_s = record.optional(reader, "during_s", during);
+    let shapes = ["to_m", "circle", "sphere", "home_m"].map(|key| record.has(key));
+    let count = shapes.iter().filter(|is_there| **is_there).count();
+    if count != 1 {
+        let message = format!("{} has {count} sets of places", record.who);
+        let problem = Problem::at(record.head(), message).label("exactly one is required");
+        reader.report(problem.help("give to_m, circle, sphere or home_m"));
+    }
+    record.close(reader);
+    let formation = Formation {
+        drones,
+        to_m,
+        circle,
+        sphere,
+        home_m,
+        dwell_s: dwell_s.unwrap_or_default(),
+        during_s,
+        at: value.head(),
+    };
+    (reader.problems.len() == before).then_some(formation)
+}
+
+/// A circle or a sphere.
+fn round<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<Round>> {
+    let who = format!("`{}` of {}", field.key, field.who);
+    let mut record = reader.record(field.value, "Round", who)?;
+    let centre_m = record.required(reader, "centre_m", Reader::place);
+    let radius_m = record.required(reader, "radius_m", |reader, field| {
+        reader.number(field, &SIZE_M)
+    });
+    record.close(reader);
+    Some(At {
+        value: Round {
+            centre_m: centre_m?,
+            radius_m: radius_m?,
+        },
+        at: field.value.head(),
+    })
+}
+
+/// The scenario with the goals of its formations among the tasks of its drones, and what is wrong
+/// with the formations; those that are wrong are left out.
+pub(super) fn assigned(written: &Written) -> (Cow<'_, Written>, Vec<Problem>) {
+    if written.formations.is_empty() {
+        return (Cow::Borrowed(written), Vec::new());
+    }
+    let members = written
+        .drones
+        .iter()
+        .map(|drone| Member::of(drone, written));
+    let mut assignment = Assignment {
+        members: members.collect(),
+        with_tasks: written.clone(),
+        problems: Vec::new(),
+    };
+    for (index, formation) in written.formations.iter().enumerate() {
+        assignment.add(formation, &format!("formation {}", index + 1));
+    }
+    (Cow::Owned(assignment.with_tasks), assignment.problems)
+}
+
+/// A drone as far as formations know it.
+struct Member {
+    /// What flies; `None` where its airframe is not in order, which is told elsewhere.
+    vehicle: Option<Vehicle>,
+    /// Where it is when it is done (m).
+    at_m: Point3<f64>,
+    /// When that is, at the earliest (s).
+    ready_s: f64,
+}
+
+impl Member {
+    /// Once its own tasks are done.
+    fn of(drone: &Drone, written: &Written) -> Member {
+        let mut member = Member {
+            vehicle: vehicle(&drone.airframe.value, written),
+            at_m: drone.start_m.value,
+            ready_s: 0.0,
+        };
+        for task in &drone.tasks {
+            member.goes(task);
+        }
+        member
+    }
+
+    /// The least time of a flight from where it is (s).
+    fn flight_s(&self, to_m: &Point3<f64>) -> f64 {
+        let Some(vehicle) = &self.vehicle else {
+            return 0.0;
+        };
+        let way_m = to_m - self.at_m;
+        let rise_s = way_m.z / vehicle.max_climb_mps;
+        let sink_s = -way_m.z / vehicle.max_descent_mps;
+        (way_m.norm() / vehicle.max_speed_mps)
+            .max(rise_s)
+            .max(sink_s)
+    }
+
+    /// Goes to a task, and does it.
+    fn goes(&mut self, task: &Task) {
+        let until_s = task.during_s.as_ref().map_or(0.0, |it| it.value[1]);
+        let done_s = self.ready_s + self.flight_s(&task.to_m.value) + task.dwell_s;
+        (self.at_m, self.ready_s) = (task.to_m.value, done_s.max(until_s));
+    }
+}
+
+/// An airframe by its name, as it is flown.
+fn vehicle(name: &str, written: &Written) -> Option<Vehicle> {
+    let density_kg_per_m3 = air(written).density_kg_per_m3();
+    let Some(own) = written.airframes.get(name) else {
+        let airframe = Airframe::preset(name)?;
+        let speed_mps = written::MAX_SPEED_DEFAULT_MPS;
+        return Some(Vehicle::new(airframe, speed_mps, density_kg_per_m3));
+    };
+    let airframe = Airframe::new(
+        name,
+        own.mass_kg,
+        own.propellers,
+        own.propeller_diameter_m,
+        own.motor_distance_m,
+        own.width_factor,
+    );
+    let vehicle = Vehicle::new(airframe.ok()?, own.max_speed_mps, density_kg_per_m3);
+    Some(Vehicle {
+        body_radius_m: own.body_radius_m.unwrap_or(vehicle.body_radius_m),
+        max_climb_mps: own.max_climb_mps.unwrap_or(vehicle.max_climb_mps),
+        max_descent_mps: own.max_descent_mps.unwrap_or(vehicle.max_descent_mps),
+        ..vehicle
+    })
+}
+
+/// Temperature and pressure.
+fn air(written: &Written) -> Air {
+    Air {
+        temperature_c: written.air.temperature_c,
+        pressure_pa: written.air.pressure_pa,
+    }
+}
+
+/// Formations given to drones so far.
+struct Assignment {
+    /// In the scenario's order.
+    members: Vec<Member>,
+    /// With the tasks of formations.
+    with_tasks: Written,
+    /// What is wrong with formations.
+    problems: Vec<Problem>,
+}
+
+impl Assignment {
+    /// Gives the places of a formation that messages call `who`.
+    fn add(&mut self, formation: &Formation, who: &str) {
+        let before = self.problems.len();
+        let group = self.group(formation, who);
+        if group.len() > MOST_ASSIGNED {
+            let message = format!("{who} is too large");
+            let label = format!("{} drones, at most {MOST_ASSIGNED}", group.len());
+            let problem = Problem::at(&formation.at, message).label(label);
+            self.problems.push(problem);
+            return;
+        }
+        let places = self.places(formation, &group);
+        if places.len() != group.len() {
+            let at = formation.to_m.as_ref().map_or(&formation.at, |it| &it.at);
+            // Names that are not known have been told.
+            if self.problems.len() == before {
+                let (places, drones) = (places.len(), group.len());
+                let message = format!("{who} has {places} places for {drones} drones");
+                let problem = Problem::at(at, message).label("as many of both are required");
+                self.problems.push(problem);
+            }
+            return;
+        }
+        self.are_inside(&places, who);
+        self.are_apart(formation, &group, &places, who);
+        if self.problems.len() > before {
+            return;
+        }
+        let costs_ms = self.costs_ms(formation, &group, &places);
+        let taken = match formation.home_m {
+            Some(_) => (0..places.len()).collect(),
+            None => least_cost(&costs_ms),
+        };
+        self.are_in_time(formation, (&group, &taken), &places, who);
+        for (&drone, place) in group.iter().zip(taken) {
+            let task = Task {
+                to_m: places[place].clone(),
+                dwell_s: formation.dwell_s,
+                load_kg: None,
+                during_s: formation.during_s.clone(),
+            };
+            self.members[drone].goes(&task);
+            self.with_tasks.drones[drone].tasks.push(task);
+        }
+    }
+
+    /// Indices of a formation's drones, in its order.
+    fn group(&mut self, formation: &Formation, who: &str) -> Vec<usize> {
+        let drones = &self.with_tasks.drones;
+        let Some(names) = &formation.drones else {
+            return (0..drones.len()).collect();
+        };
+        let mut group = Vec::new();
+        for name in names {
+            let found = drones.iter().position(|it| it.name == name.value);
+            let problem = match found {
+                Some(index) if !group.contains(&index) => {
+                    group.push(index);
+                    continue;
+                }
+                Some(_) => Problem::at(&name.at, format!("{who} names `{}` twice", name.value)),
+                None => {
+                    let known = drones.iter().map(|it| it.name.as_str());
+                    let meant = nearest(&name.value, known).map(did_you_mean);
+                    let message = format!("{who} has no drone `{}`", name.value);
+                    Problem::at(&name.at, message).maybe_help(meant)
+                }
+            };
+            self.problems.push(problem);
+        }
+        group
+    }
+
+    /// The places of a formation, in its order (m).
+    fn places(&self, formation: &Formation, group: &[usize]) -> Vec<Place> {
+        if let Some(listed) = &formation.to_m {
+            return listed.value.clone();
+        }
+        let count = group.len() as f64;
+        let places = |at: &Range<usize>, place_m: &dyn Fn(usize) -> Point3<f64>| {
+            let place = |index| At {
+                value: rounded(place_m(index)),
+                at: at.clone(),
+            };
+            (0..group.len()).map(place).collect()
+        };
+        if let Some(At { value, at }) = &formation.circle {
+            return places(at, &|index| {
+                let (sin, cos) = (TAU * index as f64 / count).sin_cos();
+                value.centre_m.value + value.radius_m * Vector3::new(cos, sin, 0.0)
+            });
+        }
+        if let Some(At { value, at }) = &formation.sphere {
+            return places(at, &|index| {
+                let (sin, cos) = (GOLDEN_ANGLE_RAD * index as f64).sin_cos();
+                let up = 1.0 - (2.0 * index as f64 + 1.0) / count;
+                let beside = (1.0 - up * up).sqrt();
+                value.centre_m.value + value.radius_m * Vector3::new(beside * cos, beside * sin, up)
+            });
+        }
+        let home = formation.home_m.iter();
+        home.flat_map(|At { value, at }| {
+            places(at, &|index| {
+                let start_m = self.with_tasks.drones[group[index]].start_m.value;
+                start_m + Vector3::z() * *value
+            })
+        })
+        .collect()
+    }
+
+    /// Notes places out of bounds: each that is listed, those of a shape together.
+    fn are_inside(&mut self, places: &[Place], who: &str) {
+        let Bounds { min, max } = &self.with_tasks.bounds_m;
+        let is_outside = |place: &&Place| {
+            let at = place.value;
+            (0..3).any(|axis| at[axis] < min.value[axis] || at[axis] > max.value[axis])
+        };
+        let outside: Vec<&Place> = places.iter().filter(is_outside).collect();
+        for same in outside.chunk_by(|a, b| a.at == b.at) {
+            let [first, ..] = same else { continue };
+            let Point3 { coords } = first.value;
+            let message = match same.len() {
+                1 => format!("a place of {who} lies out of bounds"),
+                count => format!("{count} places of {who} lie out of bounds"),
+            };
+            let label = format!("({:.2}, {:.2}, {:.2})", coords.x, coords.y, coords.z);
+            let problem = Problem::at(&first.at, message).label(label);
+            self.problems.push(problem);
+        }
+    }
+
+    /// Notes the nearest two places, where no two bodies of the group fit beside one another.
+    fn are_apart(&mut self, formation: &Formation, group: &[usize], places: &[Place], who: &str) {
+        let vehicles = group
+            .iter()
+            .map(|&drone| self.members[drone].vehicle.as_ref());
+        let radii_m = vehicles.flatten().map(|vehicle| vehicle.body_radius_m);
+        let radius_m = radii_m.fold(f64::INFINITY, f64::min);
+        if formation.home_m.is_some() || !radius_m.is_finite() {
+            return;
+        }
+        let planning = &self.with_tasks.planning;
+        let kept = Planning {
+            clearance_m: planning.clearance_m,
+            margins: Margins {
+                time_s: planning.time_margin_s,
+                tracking_m: planning.tracking_m,
+            },
+            ..Planning::default()
+        };
+        let needs_m = 2.0 * radius_m + kept.gap_to_bodies_m(2);
+        let pairs = (1..places.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let apart_m = |(a, b): (usize, usize)| (places[a].value - places[b].value).norm();
+        let nearest = pairs.min_by(|a, b| apart_m(*a).total_cmp(&apart_m(*b)));
+        let Some(pair) = nearest.filter(|pair| apart_m(*pair) < needs_m) else {
+            return;
+        };
+        let message = format!("places of {who} are too near to one another");
+        let label = format!(
+            "{:.2} m from another, at least {needs_m:.2} m",
+            apart_m(pair)
+        );
+        let problem = Problem::at(&places[pair.1].at, message).label(label);
+        self.problems
+            .push(problem.help("two bodies, the clearance and both tracking margins"));
+    }
+
+    /// What each drone of a group costs at each place (ms).
+    fn costs_ms(&self, formation: &Formation, group: &[usize], places: &[Place]) -> Vec<Vec<i64>> {
+        let prices_s = self.prices_s(formation, group, places);
+        let due_s = formation.during_s.as_ref().map(|it| it.value[0]);
+        let cost_ms = |drone: usize, place: usize, price_s: f64| {
+            let member = &self.members[group[drone]];
+            let flight_s = member.flight_s(&places[place].value);
+            let is_late = due_s.is_some_and(|due_s| member.ready_s + flight_s > due_s);
+            let late_ms = if is_late { LATE_MS } else { 0 };
+            (1000.0 * (flight_s + price_s)).round() as i64 + late_ms
+        };
+        let row = |drone: usize| -> Vec<i64> {
+            let prices_s = prices_s.get(drone);
+            let price_s = |place| prices_s.map_or(0.0, |it: &Vec<f64>| it[place]);
+            let places = 0..places.len();
+            places
+                .map(|place| cost_ms(drone, place, price_s(place)))
+                .collect()
+        };
+        (0..group.len()).map(row).collect()
+    }
+
+    /// What downwash costs where each drone of a group could be (s); empty where it is the same
+    /// whoever goes where.
+    fn prices_s(&self, formation: &Formation, group: &[usize], places: &[Place]) -> Vec<Vec<f64>> {
+        let vehicles = group
+            .iter()
+            .map(|&drone| self.members[drone].vehicle.as_ref());
+        let Some(vehicles) = vehicles.collect::<Option<Vec<&Vehicle>>>() else {
+            return Vec::new();
+        };
+        let mut kinds: Vec<&Vehicle> = Vec::new();
+        let mut kind_of = Vec::new();
+        for vehicle in vehicles {
+            let known = kinds.iter().position(|kind| *kind == vehicle);
+            kind_of.push(known.unwrap_or(kinds.len()));
+            if known.is_none() {
+                kinds.push(vehicle);
+            }
+        }
+        let held_s = formation
+            .during_s
+            .as_ref()
+            .map_or(0.0, |it| it.value[1] - it.value[0]);
+        let stay_s = formation.dwell_s.max(held_s);
+        let weight_s = stay_s * self.with_tasks.planning.energy_weight;
+        if kinds.len() < 2 || weight_s == 0.0 {
+            return Vec::new();
+        }
+        let density_kg_per_m3 = air(&self.with_tasks).density_kg_per_m3();
+        let hover = (&Jet::default(), &Flown::default());
+        let wakes = kinds.iter().map(|kind| {
+            let mass_kg = kind.airframe.mass_kg();
+            wake_of(&kind.airframe, mass_kg, density_kg_per_m3, hover)
+        });
+        let wakes: Vec<_> = wakes.collect();
+        let share = |kind: usize| {
+            let same = kind_of.iter().filter(|it| **it == kind).count();
+            same as f64 / kind_of.len() as f64
+        };
+        let shares: Vec<f64> = (0..kinds.len()).map(share).collect();
+        // Extra power over hover power at the end of an offset (m), from one kind to another.
+        let extra = |from: usize, to: usize, offset_m: Vector3<f64>| {
+            let alpha = wakes[from].axial_speed_mps(offset_m) / wakes[to].hover_velocity_mps();
+            airflow::power::beta(alpha) - 1.0
+        };
+        let price_s = |kind: usize, place: usize| {
+            let mut price = 0.0;
+            let others = places
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != place);
+            for (_, to) in others {
+                let offset_m = to.value - places[place].value;
+                for (mean, share) in shares.iter().enumerate() {
+                    price += share * (extra(kind, mean, offset_m) + extra(mean, kind, -offset_m));
+                }
+            }
+            // Both of a pair count it.
+            0.5 * price * weight_s
+        };
+        let of_kind = |kind| -> Vec<f64> {
+            (0..places.len())
+                .map(|place| price_s(kind, place))
+                .collect()
+        };
+        let by_kind: Vec<Vec<f64>> = (0..kinds.len()).map(of_kind).collect();
+        kind_of.iter().map(|kind| by_kind[*kind].clone()).collect()
+    }
+
+    /// Notes a time by which some drones cannot be where they are to be, flying straight.
+    fn are_in_time(
+        &mut self,
+        formation: &Formation,
+        (group, taken): (&[usize], &[usize]),
+        places: &[Place],
+        who: &str,
+    ) {
+        let Some(during) = &formation.during_s else {
+            return;
+        };
+        let there = group.iter().zip(taken).map(|(&drone, &place)| {
+            let member = &self.members[drone];
+            (
+                drone,
+                member.ready_s + member.flight_s(&places[place].value),
+            )
+        });
+        let [due_s, _] = during.value;
+        let late: Vec<(usize, f64)> = there.filter(|(_, at_s)| *at_s > due_s).collect();
+        let last = late
+            .iter()
+            .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        let Some(&(drone, at_s)) = last else { return };
+        let message = format!(
+            "{} drones of {who} cannot be in place at {due_s} s",
+            late.len()
+        );
+        let name = &self.with_tasks.drones[drone].name;
+        let label = format!("`{name}` is there at {at_s:.2} s at the earliest");
+        let problem = Problem::at(&during.at, message).label(label);
+        self.problems.push(problem);
+    }
+}
+
+/// The place of each drone, by what each costs at each (rows are drones), so that the sum is least.
+fn least_cost(costs: &[Vec<i64>]) -> Vec<usize> {
+    // Rows are as long as there are rows.
+    match Matrix::from_rows(costs.iter().cloned()) {
+        Ok(matrix) if !costs.is_empty() => kuhn_munkres_min(&matrix).1,
+        _ => Vec::new(),
+    }
+}
+
+/// To the millimetre, as places are typed (m).
+fn rounded(at_m: Point3<f64>) -> Point3<f64> {
+    at_m.map(|coordinate| (1000.0 * coordinate).round() / 1000.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::read_world;
+    use crate::scenario::world::World;
+    use proptest::prelude::*;
+
+    /// Drones at places (m), of these airframes, with these formations.
+    fn world(starts: &[(&str, [f64; 3])], formations: &str) -> World {
+        let drone = |(index, (airframe, [x, y, z])): (usize, &(&str, [f64; 3]))| {
+            format!(r#"(name: "k{index}", airframe: "{airframe}", start_m: ({x}, {y}, {z}))"#)
+        };
+        let drones: Vec<String> = starts.iter().enumerate().map(drone).collect();
+        let text = format!(
+            r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (40, 40, 20)), drones: [{}],
+                formations: [{formations}])"#,
+            drones.join(", ")
+        );
+        read_world(&text).expect("in order")
+    }
+
+    /// The least sum over all orders of places.
+    fn least_sum(costs: &[Vec<i64>], taken: &mut Vec<usize>) -> i64 {
+        let drone = taken.len();
+        let mut least = if drone == costs.len() { 0 } else { i64::MAX };
+        for place in 0..costs.len() {
+            if drone < costs.len() && !taken.contains(&place) {
+                taken.push(place);
+                least = least.min(costs[drone][place] + least_sum(costs, taken));
+                taken.pop();
+            }
+        }
+        least
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn no_order_of_places_is_cheaper_than_the_one_assigned(
+            costs in (1_usize..7).prop_flat_map(|n| {
+                prop::collection::vec(prop::collection::vec(0_i64..100_000, n), n)
+            })
+        ) {
+            let taken = least_cost(&costs);
+            let sum: i64 = taken.iter().zip(&costs).map(|(place, row)| row[*place]).sum();
+            prop_assert_eq!(sum, least_sum(&costs, &mut Vec::new()));
+            let mut places = taken;
+            places.sort_unstable();
+            prop_assert_eq!(places, (0..costs.len()).collect::<Vec<usize>>());
+        }
+    }
+
+    #[test]
+    fn each_drone_of_a_group_takes_the_place_beside_it_and_the_others_none() {
+        let starts = [[1, 1, 3], [1, 9, 3], [1, 17, 3]].map(|at| ("kolibri", at.map(f64::from)));
+        let formations =
+            r#"(drones: ["k2", "k0"], to_m: [(9, 1, 3), (9, 17, 3)], dwell_s: 2), (home_m: 1)"#;
+        let world = world(&starts, formations);
+        let goals: Vec<Vec<Point3<f64>>> = (world.drones.iter())
+            .map(|drone| drone.tasks.iter().map(|task| task.to_m).collect())
+            .collect();
+        let home = |drone: usize| Point3::from(starts[drone].1) + Vector3::z();
+        assert_eq!(goals[0], [Point3::new(9.0, 1.0, 3.0), home(0)]);
+        assert_eq!(goals[1], [home(1)]);
+        assert_eq!(goals[2], [Point3::new(9.0, 17.0, 3.0), home(2)]);
+        assert_eq!(world.drones[0].tasks[0].dwell_s, 2.0);
+    }
+
+    #[test]
+    fn the_light_one_stays_above_the_heavy_one_where_both_hold_for_long() {
+        // By flight alone the heavy one takes the upper place, 0.1 m nearer to it.
+        let starts = [
+            ("matrice-300", [10.0, 10.0, 10.1]),
+            ("kolibri", [30.0, 10.0, 10.0]),
+        ];
+        let column =
+            |dwell_s: f64| format!("(to_m: [(20, 10, 16), (20, 10, 4)], dwell_s: {dwell_s})");
+        let heavy_at_m = |dwell_s: f64| world(&starts, &column(dwell_s)).drones[0].tasks[0].to_m.z;
+        assert_eq!(heavy_at_m(0.0), 16.0);
+        assert_eq!(heavy_at_m(60.0), 4.0);
+    }
+
+    #[test]
+    fn places_of_a_sphere_lie_on_it_apart_from_one_another() {
+        let starts: Vec<(&str, [f64; 3])> = (0..100)
+            .map(|k| {
+                (
+                    "crazyflie-2.1",
+                    [f64::from(k % 10), f64::from(k / 10), 1.0].map(|it| it + 5.0),
+                )
+            })
+            .collect();
+        let world = world(&starts, "(sphere: (centre_m: (20, 20, 10), radius_m: 5))");
+        let at_m: Vec<Point3<f64>> = world.drones.iter().map(|it| it.tasks[0].to_m).collect();
+        let centre_m = Point3::new(20.0, 20.0, 10.0);
+        for (a, one) in at_m.iter().enumerate() {
+            // Rounded to the millimetre in three directions.
+            assert!(((one - centre_m).norm() - 5.0).abs() < 1e-3, "{one}");
+            // Each has 4 pi r2 / n around it; a hexagonal lattice of that area has 1.07 times its
+            // root between neighbours, a Fibonacci lattice not less than 0.8 times.
+            let root_m = (TAU * 2.0 * 25.0 / 100.0_f64).sqrt();
+            let apart_m = at_m[..a].iter().map(|other| (one - other).norm());
+            assert!(apart_m.fold(f64::INFINITY, f64::min) > 0.8 * root_m);
+        }
+    }
+}
