@@ -568,6 +568,40 @@ fn card() -> Vec<u8> {
     log
 }
 
+/// A fifth of a second of one drone, after ArduPilot's declarations
+/// (`libraries/AP_Logger/LogStructure.h`).
+fn dataflash() -> Vec<u8> {
+    let mut log = Vec::new();
+    let kinds: [([u8; 2], [&str; 3]); 3] = [
+        ([80, 24], ["XKF1", "QBfff", "TimeUS,C,PN,PE,PD"]),
+        ([81, 17], ["ATT", "QccC", "TimeUS,Roll,Pitch,Yaw"]),
+        ([82, 19], ["RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4"]),
+    ];
+    for (head, texts) in kinds {
+        let mut payload = [0; 86];
+        payload[..2].copy_from_slice(&head);
+        for (from, text) in [2, 6, 22].into_iter().zip(texts) {
+            payload[from..from + text.len()].copy_from_slice(text.as_bytes());
+        }
+        log.extend([0xA3, 0x95, 128]);
+        log.extend(payload);
+    }
+    for tick in 0..10_u64 {
+        let stamp = (20_000 * tick).to_le_bytes();
+        log.extend([&[0xA3, 0x95, 80], &stamp[..], &[0; 11], &[0x80, 0xBF]].concat());
+        log.extend([&[0xA3, 0x95, 81], &stamp[..], &[0; 6]].concat());
+        log.extend(
+            [
+                &[0xA3, 0x95, 82],
+                &stamp[..],
+                &[0xDC, 5, 0xDC, 5, 0xDC, 5, 0xDC, 5],
+            ]
+            .concat(),
+        );
+    }
+    log
+}
+
 /// A tenth of a second of one drone, after the format's description (docs.px4.io, "ULog File
 /// Format").
 fn ulog() -> Vec<u8> {
@@ -636,8 +670,8 @@ fn recordings_of_any_bytes_are_read_or_refused() {
             (name, bytes)
         })
         .collect();
-    let kinds = [b"T", b"U", b"C", b"K"];
-    let mut seeds: Vec<Vec<u8>> = vec![log(), ulog(), LOGS.into(), card()];
+    let kinds = [b"T", b"U", b"C", b"K", b"B"];
+    let mut seeds: Vec<Vec<u8>> = vec![log(), ulog(), LOGS.into(), card(), dataflash()];
     seeds
         .iter_mut()
         .zip(kinds)
@@ -656,6 +690,7 @@ fn recordings_of_any_bytes_are_read_or_refused() {
             let is_read = match bytes {
                 [b'T', rest @ ..] => read_log("f", "f.csv", rest, &campaign).is_ok(),
                 [b'U', rest @ ..] => read_log("a", "a.ulg", rest, &campaign).is_ok(),
+                [b'B', rest @ ..] => read_log("a", "a.bin", rest, &campaign).is_ok(),
                 // With a checksum that is right, or nothing behind it would be read.
                 [b'K', rest @ ..] => {
                     let crc = crc32fast::hash(rest).to_le_bytes();

@@ -2,6 +2,7 @@
 //! makes a recording of it.
 
 use super::campaign::Campaign;
+use super::dataflash::dataflash;
 use super::flight::flight;
 use super::found::Found;
 use super::ulog::ulog;
@@ -27,8 +28,9 @@ struct LogKind {
     read: fn(&Log<'_>, &Campaign, &mut Found) -> Option<Recording>,
 }
 
-/// Magic bytes: docs.px4.io, "ULog File Format"; Crazyflie firmware, `tools/usdlog/cfusdlog.py`.
-const KINDS: [LogKind; 4] = [
+/// Magic bytes: docs.px4.io, "ULog File Format"; ArduPilot, `libraries/AP_Logger/LogStructure.h`;
+/// Crazyflie firmware, `tools/usdlog/cfusdlog.py`.
+const KINDS: [LogKind; 5] = [
     LogKind {
         ending: ".csv",
         magic: b"",
@@ -38,6 +40,11 @@ const KINDS: [LogKind; 4] = [
         ending: ".ulg",
         magic: b"ULog\x01\x12\x35",
         read: ulog,
+    },
+    LogKind {
+        ending: ".bin",
+        magic: &[0xA3, 0x95, 0x80],
+        read: dataflash,
     },
     LogKind {
         ending: "",
@@ -56,8 +63,7 @@ const PACKED: &str = ".gz";
 pub const LOG_HEAD_BYTES: usize = 8;
 
 /// Which files are flight logs, in words.
-pub const LOG_FILES: &str =
-    ".csv or .ulg, either also with .gz, or files that a Crazyflie wrote to its card";
+pub const LOG_FILES: &str = ".csv, .ulg or .bin (ArduPilot), each also with .gz, or files that a Crazyflie wrote to its card";
 
 /// What begins as logs of a kind do is one, whatever its name; other files go by their endings.
 fn kind_of(file: &str, head: &[u8]) -> Option<&'static LogKind> {

@@ -9,14 +9,16 @@
 //! that cannot be meant. `declared`: the words of a baseline. Then one file a format: `folder`:
 //! tables with their metadata, and `probes` of one; `campaign`: what the logs of some flights leave
 //! unsaid; `log`: the kinds of logs; `flight`: one table; `series`: streams brought together;
-//! `crazyflie` and `usd`: its names, and its card; `ulog`: PX4; `needed`: what a log without
-//! metadata asks for.
+//! `binary`: packed numbers; `crazyflie` and `usd`: its names, and its card; `ulog`: PX4;
+//! `dataflash`: ArduPilot; `needed`: what a log without metadata asks for.
 
+mod binary;
 mod campaign;
 mod checks;
 mod columns;
 mod conventions;
 mod crazyflie;
+mod dataflash;
 mod declared;
 mod flight;
 mod folder;

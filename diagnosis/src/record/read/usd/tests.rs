@@ -176,17 +176,3 @@ fn a_log_without_a_position_says_what_to_log() {
     let said = problem(&closed(log));
     assert_eq!(said, "log07: no event has all three of a position");
 }
-
-#[test]
-fn half_precision_is_read_as_ieee_754_has_it() {
-    for (bits, is) in [
-        (0x3C00, 1.0),
-        (0xC000, -2.0),
-        (0x0001, 2_f64.powi(-24)),
-        (0x7BFF, 65504.0),
-    ] {
-        assert_eq!(half(bits), is);
-    }
-    assert_eq!(half(0x7C00), f64::INFINITY);
-    assert!(half(0x7E00).is_nan());
-}

@@ -1,0 +1,310 @@
+//! A flight logged by ArduPilot (DataFlash, `.bin`), one vehicle a log: a sequence of messages of
+//! which each declares itself first (ArduPilot, `libraries/AP_Logger/LogStructure.h`).
+//!
+//! ```text
+//! 0xA3 0x95 · u8 type · payload
+//! type 128, FMT: u8 type · u8 length with these three bytes · name[4] · format[16] · labels[64]
+//! ```
+//!
+//! The world is north-east-down from where the estimator started and the body forward-right-down;
+//! both are turned into ours, **x north, y west, z up**, as PX4's are.
+
+use std::collections::BTreeMap;
+
+use super::binary;
+use super::campaign::Campaign;
+use super::columns::Role;
+use super::conventions::{Acceleration, Frame, Turns};
+use super::flight::of_one;
+use super::found::Found;
+use super::log::Log;
+use super::series::{Sources, Stream, joined};
+use crate::record::problem::Problem;
+use crate::record::recording::Recording;
+use crate::record::remark::RemarkKind;
+
+const SOURCES: Sources = Sources {
+    acceleration: "IMU",
+    motors: "RCOU",
+    battery: "BAT",
+};
+const MAGIC: [u8; 2] = [0xA3, 0x95];
+/// The message that declares others, and its payload (bytes).
+const FMT: u8 = 128;
+const FMT_BYTES: usize = 86;
+const HEAD_BYTES: usize = 3;
+const DEGREES: f64 = std::f64::consts::PI / 180.0;
+/// Pulse widths (us) of a motor that stands and of one at full: ArduPilot's `MOT_PWM_MIN` and
+/// `MOT_PWM_MAX` by default.
+const PULSES_US: [f64; 2] = [1000.0, 2000.0];
+
+/// What is read of a message: its name, each field with what times it is SI (a pulse width is made
+/// a share of full), and what comes of it.
+type Wanted = (&'static str, &'static [(&'static str, Role, f64)]);
+
+const WANTED: [Wanted; 5] = [
+    (
+        "XKF1",
+        &[
+            ("PN", Role::Position(0), 1.0),
+            ("PE", Role::Position(1), 1.0),
+            ("PD", Role::Position(2), 1.0),
+            ("VN", Role::Velocity(0), 1.0),
+            ("VE", Role::Velocity(1), 1.0),
+            ("VD", Role::Velocity(2), 1.0),
+        ],
+    ),
+    (
+        "ATT",
+        &[
+            ("Roll", Role::Angle(0), DEGREES),
+            ("Pitch", Role::Angle(1), DEGREES),
+            ("Yaw", Role::Angle(2), DEGREES),
+        ],
+    ),
+    (
+        "IMU",
+        &[
+            ("AccX", Role::Acceleration(0), 1.0),
+            ("AccY", Role::Acceleration(1), 1.0),
+            ("AccZ", Role::Acceleration(2), 1.0),
+        ],
+    ),
+    (
+        "RCOU",
+        &[
+            ("C1", Role::Duty(0), 1.0),
+            ("C2", Role::Duty(1), 1.0),
+            ("C3", Role::Duty(2), 1.0),
+            ("C4", Role::Duty(3), 1.0),
+        ],
+    ),
+    ("BAT", &[("Volt", Role::Battery, 1.0)]),
+];
+/// Labels of the field that says which core or sensor speaks; the first does.
+const INSTANCES: [&str; 4] = ["C", "I", "Inst", "Instance"];
+const TIME: &str = "TimeUS";
+
+/// A recording from the bytes of a log. Of the campaign, frame and kind of acceleration are
+/// ArduPilot's own, whatever it says.
+pub(super) fn dataflash(
+    log: &Log<'_>,
+    campaign: &Campaign,
+    found: &mut Found,
+) -> Option<Recording> {
+    let campaign = Campaign {
+        frame: Frame::NorthEastDown,
+        acceleration: Some(Acceleration::SpecificForceInBody),
+        quaternion: Turns::BodyToWorld,
+        pitch: None,
+        ..campaign.clone()
+    };
+    let file = log.file;
+    let (messages, others, broken) = messages(log.bytes);
+    if let Some((at, why)) = broken {
+        if messages.is_empty() {
+            found.problem(Problem::file(file), format!("at byte {at}: {why}"));
+            return None;
+        }
+        let message = format!("at byte {at}: {why}; what stands before is read");
+        found.remark(RemarkKind::Gap, None, message);
+    }
+    for (name, count) in others {
+        let message = format!("{count} messages {name} are not used: another instance is");
+        found.remark(RemarkKind::Unused, None, message);
+    }
+    of_one(log.name, file, &campaign, found, |id, found| {
+        if messages.iter().any(|(name, _)| *name == "RCOU") {
+            let message = "motors from RCOU 1 to 4, taken as pulse widths of 1000 to 2000 us";
+            found.remark(RemarkKind::Assumed, Some(id), message);
+        }
+        let streams = messages.into_iter().map(|(_, stream)| stream).collect();
+        let samples = joined(id, streams, &SOURCES, found);
+        if samples.is_none() {
+            let message = "is missing: there is no position in this log";
+            let help = "set EK3_ENABLE, AHRS_EKF_TYPE 3 and the bits of LOG_BITMASK for attitude and navigation";
+            found.helped(Problem::field(file, "XKF1"), message, Some(help.to_owned()));
+        }
+        samples
+    })
+}
+
+/// A message as the log declares it.
+struct Declared {
+    /// Bytes with the head.
+    length: usize,
+    /// Which of [`WANTED`]; its fields' places and letters in the payload, as many as it wants.
+    wanted: Option<(usize, Vec<(usize, u8)>)>,
+    time: Option<(usize, u8)>,
+    instance: Option<(usize, u8)>,
+}
+
+type Read = (
+    Vec<(&'static str, Stream)>,
+    BTreeMap<String, usize>,
+    Option<(usize, String)>,
+);
+
+/// Streams of the messages that are wanted, how many of other instances are not, and where the log
+/// breaks off.
+fn messages(bytes: &[u8]) -> Read {
+    let mut declared: BTreeMap<u8, Declared> = BTreeMap::new();
+    let mut streams: [Stream; WANTED.len()] = Default::default();
+    let mut others = BTreeMap::new();
+    let mut at = 0;
+    let mut broken = None;
+    while at < bytes.len() {
+        let rest = &bytes[at..];
+        let [first, second, kind, ..] = *rest else {
+            broken = Some("the log ends within a message".to_owned());
+            break;
+        };
+        if [first, second] != MAGIC {
+            broken = Some("here no message begins".to_owned());
+            break;
+        }
+        let length = match kind {
+            FMT => HEAD_BYTES + FMT_BYTES,
+            _ => declared.get(&kind).map_or(0, |of| of.length),
+        };
+        if length == 0 {
+            broken = Some(format!("a message of the type {kind}, which none declares"));
+            break;
+        }
+        let Some(payload) = rest.get(HEAD_BYTES..length) else {
+            broken = Some("the log ends within a message".to_owned());
+            break;
+        };
+        if kind == FMT {
+            match declaration(payload) {
+                Ok((of, declaration)) => drop(declared.insert(of, declaration)),
+                Err(why) => {
+                    broken = Some(why);
+                    break;
+                }
+            }
+        } else if let Some(declared) = declared.get(&kind) {
+            gather(declared, payload, &mut streams, &mut others);
+        }
+        at += length;
+    }
+    let named = WANTED.iter().map(|(name, _)| *name).zip(streams);
+    let there = named.filter(|(_, stream)| !stream.t_s.is_empty());
+    (there.collect(), others, broken.map(|why| (at, why)))
+}
+
+/// What a message FMT declares, and of which type.
+fn declaration(payload: &[u8]) -> Result<(u8, Declared), String> {
+    let text = |range: std::ops::Range<usize>| {
+        let raw = &payload[range];
+        let end = raw.iter().position(|byte| *byte == 0).unwrap_or(raw.len());
+        String::from_utf8_lossy(&raw[..end]).into_owned()
+    };
+    let (kind, length) = (payload[0], usize::from(payload[1]));
+    let (name, format, labels) = (text(2..6), text(6..22), text(22..86));
+    let mut places = BTreeMap::new();
+    let mut end = 0;
+    for (letter, label) in format.bytes().zip(labels.split(',')) {
+        let Some(size) = size(letter) else {
+            let letter = char::from(letter);
+            return Err(format!(
+                "{name}.{label} is declared of the type `{letter}`, which is not known"
+            ));
+        };
+        places.insert(label, (end, letter));
+        end += size;
+    }
+    if length < HEAD_BYTES + end {
+        return Err(format!(
+            "{name} is declared as {length} bytes, and its fields need {}",
+            HEAD_BYTES + end
+        ));
+    }
+    let wanted = WANTED.iter().position(|(wanted, _)| *wanted == name);
+    let fields = wanted.and_then(|of| {
+        let fields = WANTED[of].1.iter();
+        let places: Option<Vec<_>> = fields
+            .map(|(label, ..)| places.get(label).copied())
+            .collect();
+        Some((of, places?))
+    });
+    let instances = INSTANCES.iter().find_map(|label| places.get(label));
+    let declared = Declared {
+        length,
+        wanted: fields,
+        time: places.get(TIME).copied(),
+        instance: instances.copied(),
+    };
+    Ok((kind, declared))
+}
+
+/// Adds a message to its stream.
+fn gather(
+    declared: &Declared,
+    payload: &[u8],
+    streams: &mut [Stream; WANTED.len()],
+    others: &mut BTreeMap<String, usize>,
+) {
+    let (Some((of, places)), Some(time)) = (&declared.wanted, declared.time) else {
+        return;
+    };
+    let (name, fields) = WANTED[*of];
+    let read = |(at, letter): (usize, u8)| value(letter, &payload[at..]);
+    if let Some(instance) = declared.instance.map(read).filter(|of| *of != 0.0) {
+        *others.entry(format!("{name} {instance}")).or_default() += 1;
+        return;
+    }
+    let stream = &mut streams[*of];
+    stream.t_s.push(read(time) * 1e-6);
+    let columns = fields.iter().map(|(_, role, _)| (*role, Vec::new()));
+    if stream.columns.is_empty() {
+        stream.columns = columns.collect();
+    }
+    let [low, high] = PULSES_US;
+    for (((_, role, factor), place), (_, column)) in
+        fields.iter().zip(places).zip(&mut stream.columns)
+    {
+        let raw = read(*place);
+        column.push(match role {
+            // 0: no pulse at all.
+            Role::Duty(_) => ((raw - low) / (high - low)).max(0.0),
+            _ => raw * factor,
+        });
+    }
+}
+
+/// A letter of ArduPilot's as one of Python's `struct`, and what it multiplies by: `c`, `C`, `e`
+/// and `E` are hundredths, `L` ten-millionths of a degree.
+fn number(letter: u8) -> Option<(u8, f64)> {
+    Some(match letter {
+        b'c' => (b'h', 0.01),
+        b'C' => (b'H', 0.01),
+        b'e' => (b'i', 0.01),
+        b'E' => (b'I', 0.01),
+        b'L' => (b'i', 1e-7),
+        b'M' => (b'B', 1.0),
+        b'b' | b'B' | b'h' | b'H' | b'i' | b'I' | b'q' | b'Q' | b'f' | b'd' => (letter, 1.0),
+        _ => return None,
+    })
+}
+
+/// Bytes of a field by its letter; texts and arrays have no number.
+fn size(letter: u8) -> Option<usize> {
+    match letter {
+        b'n' => Some(4),
+        b'N' => Some(16),
+        b'a' | b'Z' => Some(64),
+        _ => number(letter).and_then(|(letter, _)| binary::size(letter)),
+    }
+}
+
+/// A number at the beginning of `raw`, which is long enough.
+fn value(letter: u8, raw: &[u8]) -> f64 {
+    let read = |(letter, factor)| {
+        binary::value(letter, &raw[..binary::size(letter).unwrap_or(0)]) * factor
+    };
+    number(letter).map_or(f64::NAN, read)
+}
+
+#[cfg(test)]
+mod tests;
