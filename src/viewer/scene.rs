@@ -300,20 +300,20 @@ pub(crate) fn stops(
         let from_s = path.t_s[next];
         next += stay.len();
         let until_s = path.t_s[next - 1];
-        let mut dwell_s = 0.0;
+        let mut dwelt_s = from_s;
         if let Some(tasks) = &mut tasks {
             while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < 1e-3) {
-                dwell_s += task.dwell_s;
+                let held_s = task.during_s.map_or(0.0, |[_, until_s]| until_s);
+                dwelt_s = (dwelt_s + task.dwell_s).max(held_s);
             }
         }
-        let leaves_s = until_s - dwell_s;
-        if leaves_s - from_s >= WAITS_FROM_S && next < points {
+        if until_s - dwelt_s >= WAITS_FROM_S && next < points {
             let word = if world.is_some() { "wait" } else { "stop" };
             // It waits where it is after its dwell.
-            found.push((from_s + dwell_s, until_s, word));
+            found.push((dwelt_s, until_s, word));
         }
-        if dwell_s > 0.0 {
-            found.push((from_s, (from_s + dwell_s).min(until_s), "dwell"));
+        if dwelt_s > from_s {
+            found.push((from_s, dwelt_s.min(until_s), "dwell"));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -376,5 +376,23 @@ mod tests {
             let named = |it: &(f32, f32, usize, f32)| Some(&plan.drones[it.2].name[..]) == from;
             assert!(shown.meets.iter().any(named), "{}", drone.name);
         }
+    }
+
+    #[test]
+    fn a_place_that_is_held_until_a_time_is_dwelt_at_from_when_the_drone_comes() {
+        let mut world = crate::tests::two_above_each_other();
+        world.drones.truncate(1);
+        let drone = &mut world.drones[0];
+        drone.tasks[0].during_s = Some([5.0, 9.0]);
+        let mut home = drone.tasks[0].clone();
+        (home.to_m, home.during_s) = (drone.start_m, None);
+        drone.tasks.push(home);
+        let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        let stops = stops(&plan, Some(&world), 0);
+        let dwell = stops.iter().find(|stop| stop.2 == "dwell");
+        let &(from_s, until_s, _) = dwell.expect("it holds its place");
+        assert!(from_s < 5.0 && (until_s - 9.0).abs() < 1e-6, "{stops:?}");
+        assert!(stops.iter().all(|stop| stop.2 == "dwell"), "{stops:?}");
     }
 }
