@@ -16,7 +16,7 @@
 //!         for drone in &planned.plan.drones {
 //!             println!("{}: {:.1} s, at worst {:.1} m/s", drone.name, drone.arrives_s, drone.worst_air_mps);
 //!         }
-//!         let positions = planned.plan.sample(10.0); // of all drones, ten times a second
+//!         let positions = planned.plan.sample(10.0); // ten times a second
 //!         assert_eq!(positions[0].position_m[1], Some(world.drones[1].start_m));
 //!     }
 //!     Outcome::Partial(planned) => {

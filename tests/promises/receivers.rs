@@ -251,6 +251,15 @@ fn the_force_of_a_flight_that_obeys_the_model_is_predicted_and_the_disc_mean_bea
 }
 
 #[test]
+fn one_flight_alone_has_no_thrust_map_to_be_judged_by() {
+    let error = held_out_force(&[alone(1)], &[], &ForceTest::default()).unwrap_err();
+    let ForceTestError::Identify(failed) = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(failed.error, IdentifyError::NoOtherFlight);
+}
+
+#[test]
 fn any_number_of_threads_gives_the_same_answer() {
     let mut flights: Vec<Recording> = (1..=4).map(alone).collect();
     flights.extend((1..=4).map(|seed| pair(seed, 0.01)));

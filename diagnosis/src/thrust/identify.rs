@@ -117,6 +117,11 @@ pub enum IdentifyError {
         /// Terms to be fitted.
         terms: usize,
     },
+    /// No flight but those that it is to be judged on.
+    #[error(
+        "one flight alone; a thrust map is identified in other flights than those it is judged on"
+    )]
+    NoOtherFlight,
     /// Terms that these rows cannot tell apart.
     #[error(
         "the rows do not tell the {0} terms of the thrust map apart; fit fewer, or fly more varied"
@@ -208,7 +213,11 @@ pub(crate) fn fold_maps(
         let folds: BTreeSet<usize> = own().filter_map(|of| fold_of[of.recording]).collect();
         let bench = Bench::new(own().collect(), options);
         for fold in folds {
-            let found = bench.fit(|recording| fold_of[recording] != Some(fold));
+            let is_other = |recording: usize| fold_of[recording] != Some(fold);
+            let found = match own().any(|trace| is_other(trace.recording)) {
+                true => bench.fit(is_other),
+                false => Err(IdentifyError::NoOtherFlight),
+            };
             let failed = |error| FoldError {
                 airframe: airframe.to_owned(),
                 fold,
