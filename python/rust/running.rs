@@ -80,7 +80,8 @@ fn change((what, drone, by_s, tasks): Changed) -> Change {
                 .map(|(to_m, dwell_s, load_kg)| Task {
                     to_m: to_m.into(),
                     dwell_s,
-                    load_kg, during_s: None,
+                    load_kg,
+                    during_s: None,
                 })
                 .collect(),
         },
