@@ -108,10 +108,11 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     let clocks_s = (-clocks..=clocks).map(|step| f64::from(step) * CLOCK_STEP_S);
     let left = clocks_s.map(|clock_s| left_by_instrument(self::pairs(&thinned, clock_s)));
     let by_instrument = left.fold(1.0, f64::min);
-    let mut best: Option<(f64, f64, String)> = None;
-    let mut judge = |pairs: &[Pair], before: f64, words: String| {
+    let by_instrument = (by_instrument, "with any scale and clock");
+    let mut best: Option<((f64, &str), f64, String)> = None;
+    let mut judge = |pairs: &[Pair], before: (f64, &'static str), words: String| {
         let is_better = |it: &Likeness| {
-            it.left < EXPLAINED.min(OF_BEFORE * before)
+            it.left < EXPLAINED.min(OF_BEFORE * before.0)
                 && (1.0 / FACTOR..=FACTOR).contains(&it.factor)
         };
         let it = likeness(pairs, accuracy_mps).filter(is_better);
@@ -134,7 +135,10 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     // A scale that is bent so is one of those that an instrument may have.
     judge(
         &as_pressure.collect::<Vec<_>>(),
-        as_it_lies.map_or(1.0, |it| it.left.min(1.0)),
+        (
+            as_it_lies.map_or(1.0, |it| it.left.min(1.0)),
+            "with any gain",
+        ),
         "the readings taken as dynamic pressure in Pa".to_owned(),
     );
     let rows = recording.probes.as_ref()?.samples.len();
@@ -158,10 +162,10 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
             );
         }
     }
-    if let Some((before, left, words)) = best {
+    if let Some(((before, by), left, words)) = best {
         return Some(Mistake {
             message: format!(
-                "its readings leave {:.0} % of their variance unexplained by where probes and drones are, and {:.0} % with {words}",
+                "its readings leave {:.0} % of their variance unexplained by where probes and drones are {by} of the instrument, and {:.0} % with {words}",
                 100.0 * before,
                 100.0 * left
             ),
@@ -232,6 +236,7 @@ fn impossible(recording: &Recording, pairs: &[Pair], accuracy_mps: f64) -> Optio
     (it.factor > FACTOR * FACTOR).then(|| scaled(it.factor))
 }
 
+/// The unit that readings at so many times the simulated speed are in.
 fn unit(factor: f64) -> Option<&'static str> {
     let near = |(unit, _): &&(f64, &str)| (factor / unit).ln().abs() < NEAR;
     UNITS.iter().find(near).map(|(_, word)| *word)

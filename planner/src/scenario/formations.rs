@@ -5,13 +5,13 @@
 //! assignment problem", Naval Research Logistics Quarterly 2, 1955). What a drone costs at a place
 //! is the time of its straight flight there and, in a fleet of several airframes, the power that
 //! its wake costs at the other places and theirs costs it, while all stay. Those are not known
-//! before: their mean stands for each. Of one airframe the price is the same whoever goes where.
+//! before: their mean stands for each. Of one airframe the price of every assignment is the same.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use airflow::{Air, Airframe, Flown, Jet};
+use airflow::{Flown, Jet};
 use costmap::wake::fleet::wake_of;
 use nalgebra::{Point3, Vector3};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
@@ -23,7 +23,7 @@ use super::problem::{Problem, did_you_mean, nearest};
 use super::read::during;
 use super::source::Value;
 use super::world::{Planning, Vehicle};
-use super::written::{self, At, Bounds, Drone, Formation, Place, Round, Task, Written};
+use super::written::{At, Bounds, Drone, Formation, Place, Round, Task, Written};
 use crate::plan::Margins;
 
 /// Most drones of one formation: chosen here, the assignment takes the cube of their number.
@@ -136,7 +136,7 @@ impl Member {
     /// Once its own tasks are done.
     fn of(drone: &Drone, written: &Written) -> Member {
         let mut member = Member {
-            vehicle: vehicle(&drone.airframe.value, written),
+            vehicle: written.vehicle(&drone.airframe.value).and_then(Result::ok),
             at_m: drone.start_m.value,
             ready_s: 0.0,
         };
@@ -164,39 +164,6 @@ impl Member {
         let until_s = task.during_s.as_ref().map_or(0.0, |it| it.value[1]);
         let done_s = self.ready_s + self.flight_s(&task.to_m.value) + task.dwell_s;
         (self.at_m, self.ready_s) = (task.to_m.value, done_s.max(until_s));
-    }
-}
-
-/// An airframe by its name, as it is flown.
-fn vehicle(name: &str, written: &Written) -> Option<Vehicle> {
-    let density_kg_per_m3 = air(written).density_kg_per_m3();
-    let Some(own) = written.airframes.get(name) else {
-        let airframe = Airframe::preset(name)?;
-        let speed_mps = written::MAX_SPEED_DEFAULT_MPS;
-        return Some(Vehicle::new(airframe, speed_mps, density_kg_per_m3));
-    };
-    let airframe = Airframe::new(
-        name,
-        own.mass_kg,
-        own.propellers,
-        own.propeller_diameter_m,
-        own.motor_distance_m,
-        own.width_factor,
-    );
-    let vehicle = Vehicle::new(airframe.ok()?, own.max_speed_mps, density_kg_per_m3);
-    Some(Vehicle {
-        body_radius_m: own.body_radius_m.unwrap_or(vehicle.body_radius_m),
-        max_climb_mps: own.max_climb_mps.unwrap_or(vehicle.max_climb_mps),
-        max_descent_mps: own.max_descent_mps.unwrap_or(vehicle.max_descent_mps),
-        ..vehicle
-    })
-}
-
-/// Temperature and pressure.
-fn air(written: &Written) -> Air {
-    Air {
-        temperature_c: written.air.temperature_c,
-        pressure_pa: written.air.pressure_pa,
     }
 }
 
@@ -239,10 +206,9 @@ impl Assignment {
         if self.problems.len() > before {
             return;
         }
-        let costs_ms = self.costs_ms(formation, &group, &places);
         let taken = match formation.home_m {
             Some(_) => (0..places.len()).collect(),
-            None => least_cost(&costs_ms),
+            None => least_cost(&self.costs_ms(formation, &group, &places)),
         };
         self.are_in_time(formation, (&group, &taken), &places, who);
         for (&drone, place) in group.iter().zip(taken) {
@@ -401,7 +367,7 @@ impl Assignment {
     }
 
     /// What downwash costs where each drone of a group could be (s); empty where it is the same
-    /// whoever goes where.
+    /// for every assignment.
     fn prices_s(&self, formation: &Formation, group: &[usize], places: &[Place]) -> Vec<Vec<f64>> {
         let vehicles = group
             .iter()
@@ -427,7 +393,7 @@ impl Assignment {
         if kinds.len() < 2 || weight_s == 0.0 {
             return Vec::new();
         }
-        let density_kg_per_m3 = air(&self.with_tasks).density_kg_per_m3();
+        let density_kg_per_m3 = self.with_tasks.air().density_kg_per_m3();
         let hover = (&Jet::default(), &Flown::default());
         let wakes = kinds.iter().map(|kind| {
             let mass_kg = kind.airframe.mass_kg();

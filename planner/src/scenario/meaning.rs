@@ -35,10 +35,7 @@ pub(super) fn world(
     let mut meaning = Meaning {
         written,
         spoilt_airframes,
-        air: Air {
-            temperature_c: written.air.temperature_c,
-            pressure_pa: written.air.pressure_pa,
-        },
+        air: written.air(),
         problems: unfit_formations,
         notes: Vec::new(),
         refused: BTreeSet::new(),
@@ -259,39 +256,15 @@ impl<'w> Meaning<'w> {
     /// cannot fly.
     fn vehicle(&mut self, source: &written::Drone) -> Option<Vehicle> {
         let name = source.airframe.value.as_str();
-        let Some(own) = self.written.airframes.get(name) else {
-            let is_spoilt = self.spoilt_airframes.iter().any(|spoilt| spoilt == name);
-            let airframe = airflow::Airframe::preset(name).filter(|_| !is_spoilt)?;
-            let speed_mps = written::MAX_SPEED_DEFAULT_MPS;
-            return Some(Vehicle::new(
-                airframe,
-                speed_mps,
-                self.air.density_kg_per_m3(),
-            ));
-        };
-        let airframe = airflow::Airframe::new(
-            name,
-            own.mass_kg,
-            own.propellers,
-            own.propeller_diameter_m,
-            own.motor_distance_m,
-            own.width_factor,
-        );
-        let airframe = airframe.map_err(|error| {
+        let is_own = self.written.airframes.contains_key(name);
+        if !is_own && self.spoilt_airframes.iter().any(|spoilt| spoilt == name) {
+            return None;
+        }
+        let vehicle = self.written.vehicle(name)?.map_err(|error| {
             let message = format!("airframe `{name}` cannot fly");
-            vec![Problem::at(&source.airframe.at, message).label(error.to_string())]
+            vec![Problem::at(&source.airframe.at, message).label(error)]
         });
-        let airframe = self.kept(airframe)?;
-        let by_default = Vehicle::new(airframe, own.max_speed_mps, self.air.density_kg_per_m3());
-        let or = |own: Option<f64>, default: f64| own.unwrap_or(default);
-        Some(Vehicle {
-            body_radius_m: or(own.body_radius_m, by_default.body_radius_m),
-            max_climb_mps: or(own.max_climb_mps, by_default.max_climb_mps),
-            max_descent_mps: or(own.max_descent_mps, by_default.max_descent_mps),
-            max_acceleration_mps2: or(own.max_acceleration_mps2, by_default.max_acceleration_mps2),
-            max_jerk_mps3: or(own.max_jerk_mps3, by_default.max_jerk_mps3),
-            ..by_default
-        })
+        self.kept(vehicle)
     }
 
     /// Notes an airframe whose acceleration and jerk are too low for smooth motion at its speed.

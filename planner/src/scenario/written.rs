@@ -18,7 +18,7 @@ use super::limits::{
 };
 use crate::plan::AIR_LIMIT_DEFAULT;
 pub(super) use crate::plan::MAX_SPEED_DEFAULT_MPS;
-use crate::scenario::world::{self, AtEnd, AtStart, CONVECTION_DEFAULT, PathMotion};
+use crate::scenario::world::{self, AtEnd, AtStart, CONVECTION_DEFAULT, PathMotion, Vehicle};
 
 /// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which
 /// moves no paper.
@@ -88,6 +88,52 @@ pub(super) struct Written {
     /// How to plan.
     #[schemars(default)]
     pub(super) planning: Planning,
+}
+
+impl Written {
+    /// Temperature and pressure.
+    pub(super) fn air(&self) -> airflow::Air {
+        airflow::Air {
+            temperature_c: self.air.temperature_c,
+            pressure_pa: self.air.pressure_pa,
+        }
+    }
+
+    /// The scenario's own airframe of this name, or the preset, as it is flown; `None` where there
+    /// is none.
+    ///
+    /// # Errors
+    /// Why it cannot fly.
+    pub(super) fn vehicle(&self, name: &str) -> Option<Result<Vehicle, String>> {
+        let density_kg_per_m3 = self.air().density_kg_per_m3();
+        let Some(own) = self.airframes.get(name) else {
+            let airframe = airflow::Airframe::preset(name)?;
+            let speed_mps = MAX_SPEED_DEFAULT_MPS;
+            return Some(Ok(Vehicle::new(airframe, speed_mps, density_kg_per_m3)));
+        };
+        let airframe = airflow::Airframe::new(
+            name,
+            own.mass_kg,
+            own.propellers,
+            own.propeller_diameter_m,
+            own.motor_distance_m,
+            own.width_factor,
+        );
+        let or = |own: Option<f64>, default: f64| own.unwrap_or(default);
+        let airframe = airframe.map_err(|error| error.to_string());
+        Some(airframe.map(|airframe| {
+            let by_default = Vehicle::new(airframe, own.max_speed_mps, density_kg_per_m3);
+            let (acceleration, jerk) = (own.max_acceleration_mps2, own.max_jerk_mps3);
+            Vehicle {
+                body_radius_m: or(own.body_radius_m, by_default.body_radius_m),
+                max_climb_mps: or(own.max_climb_mps, by_default.max_climb_mps),
+                max_descent_mps: or(own.max_descent_mps, by_default.max_descent_mps),
+                max_acceleration_mps2: or(acceleration, by_default.max_acceleration_mps2),
+                max_jerk_mps3: or(jerk, by_default.max_jerk_mps3),
+                ..by_default
+            }
+        }))
+    }
 }
 
 /// A box with its lowest and its highest corner.
