@@ -32,6 +32,16 @@ fn every_command_shown_in_the_docs_runs() {
     }
     let mut runs = 0;
     for (page, text) in pages() {
+        // What a page has its reader save, under the name in its first line.
+        for block in blocks(&text, "ron") {
+            let first = block
+                .lines()
+                .next()
+                .and_then(|line| line.strip_prefix("// "));
+            if let Some(name) = first.filter(|name| name.ends_with(".ron")) {
+                fs::write(folder.path().join(name), &block).unwrap();
+            }
+        }
         for block in blocks(&text, "console") {
             for line in block.lines() {
                 let arguments = line.strip_prefix("$ plan ").unwrap_or_else(|| {

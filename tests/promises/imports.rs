@@ -213,6 +213,15 @@ fn a_show_names_first_and_worst_exposure_and_is_a_page_and_a_plan() {
     );
     let told: Value = serde_json::from_str(&told).unwrap();
     assert_eq!(told["examination"]["worst_air"]["limit"], 1.2);
+    // The fleet's limit is that of every drone with none of its own.
+    let fleet = "Fleet(airframe: \"crazyflie-2.1\", air_limit: 0.9)";
+    fs::write(folder.join("fleet.ron"), fleet).unwrap();
+    let (_, told, _) = run(
+        folder,
+        "check show.skyc --airframes fleet.ron --format json",
+    );
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["examination"]["worst_air"]["limit"], 0.9);
 }
 
 #[test]

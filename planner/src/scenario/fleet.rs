@@ -3,6 +3,7 @@
 //! ```ron
 //! Fleet(
 //!     airframe: "crazyflie-2.1",                     // of every drone that `drones` does not list
+//!     air_limit: 0.3,                                // of every drone with none of its own
 //!     airframes: { "courier": (mass_kg: 1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45) },
 //!     drones: [ (name: "c1", airframe: "courier", air_limit: 0.4) ],
 //!     bounds_m: (min: (0, 0, 0), max: (30, 20, 8)),  // its lower face is the floor
@@ -133,6 +134,8 @@ struct Fleet {
     drones: Vec<Listed>,
     /// Of the drones that are not listed.
     airframe: Option<At<String>>,
+    /// Of the drones with none of their own; `None`: a scenario's default.
+    air_limit: Option<f64>,
     /// The whole record.
     at: std::ops::Range<usize>,
 }
@@ -163,6 +166,7 @@ fn fleet_of<'t>(
         Some(airframes(reader, field, spoilt))
     });
     let airframe = record.optional(reader, "airframe", Reader::text);
+    let air_limit = record.optional(reader, "air_limit", within(&AIR_LIMIT));
     let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, drone));
     let drones = record.optional(reader, "drones", list);
     record.close(reader);
@@ -174,6 +178,7 @@ fn fleet_of<'t>(
         airframes: airframes.unwrap_or_default(),
         drones: drones.unwrap_or_default(),
         airframe,
+        air_limit,
         at: value.head(),
     })
 }
@@ -204,6 +209,8 @@ impl Fleet {
         remarks: &mut Vec<String>,
     ) -> Written {
         let of = members.of;
+        let mut planning = written::Planning::default();
+        planning.air_limit = self.air_limit.unwrap_or(planning.air_limit);
         let listed: BTreeMap<&str, &Listed> =
             self.drones.iter().map(|it| (&it.name[..], it)).collect();
         let mut drones = Vec::new();
@@ -271,7 +278,7 @@ impl Fleet {
             airframes: self.airframes,
             drones,
             formations: Vec::new(),
-            planning: written::Planning::default(),
+            planning,
         }
     }
 }
