@@ -6,6 +6,9 @@ LIMIT = 0.3  # mean air over the lower drone's discs, over its induced velocity
 
 for upper, lower in [("crazyflie-2.1", "crazyflie-2.1"), ("matrice-300", "kolibri"), ("kolibri", "matrice-300")]:
     depth_m = leeward.separation(lower, under=upper).depth_needed_m(LIMIT)
+    if depth_m == 0.0:
+        print(f"{upper} above {lower}: alpha {LIMIT} is exceeded at no depth")
+        continue
     there = leeward.separation(lower, under=upper, depths_m=[depth_m], offsets_m=[0.0])
     print(
         f"{upper} at least {depth_m:.2f} m above {lower}: alpha {there.alpha[0, 0]:.2f},"

@@ -1,5 +1,6 @@
 //! The air below one hovering drone, and what another makes of it.
 
+use airflow::separation;
 use airflow::{Airframe, DiscPoints, Jet, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::{Point3, Vector3};
 use numpy::ndarray::{Array1, Array2, ArrayView1};
@@ -10,6 +11,8 @@ use pyo3::prelude::*;
 /// The wake of one hovering drone, and its rotor discs.
 #[pyclass(frozen)]
 pub(crate) struct Air {
+    airframe: Airframe,
+    mass_kg: f64,
     wake: Wake,
     discs: DiscPoints,
     density_kg_per_m3: f64,
@@ -56,6 +59,8 @@ impl Air {
             discs: airframe.disc_points(),
             wake: Wake::new(&airframe, mass_kg, density_kg_per_m3, &Jet::default()),
             density_kg_per_m3,
+            airframe,
+            mass_kg,
         })
     }
 
@@ -128,13 +133,47 @@ impl Air {
     }
 }
 
-/// Power to hover in downwash over that in still air, for air over the induced velocity.
-#[pyfunction]
-pub(crate) fn power_ratio<'py>(
-    py: Python<'py>,
-    alpha: PyReadonlyArray1<'py, f64>,
-) -> Bound<'py, PyArray1<f64>> {
-    alpha.as_array().mapv(airflow::power::beta).into_pyarray(py)
+/// One drone in the wake of another, both hovering.
+#[pyclass(frozen)]
+pub(crate) struct Separation(separation::Separation);
+
+/// Air, alpha and power, by depth and offset.
+type Met<'py> = [Bound<'py, PyArray2<f64>>; 3];
+
+#[pymethods]
+impl Separation {
+    #[new]
+    fn new(lower: &Air, upper: &Air) -> Separation {
+        let (mass_kg, density_kg_per_m3) = (lower.mass_kg, lower.density_kg_per_m3);
+        let wake = upper.wake.clone();
+        Separation(separation::Separation::new(
+            &lower.airframe,
+            mass_kg,
+            density_kg_per_m3,
+            wake,
+        ))
+    }
+
+    fn met<'py>(
+        &self,
+        py: Python<'py>,
+        below_m: PyReadonlyArray1<'py, f64>,
+        beside_m: PyReadonlyArray1<'py, f64>,
+    ) -> Met<'py> {
+        let (below_m, beside_m) = (below_m.as_array(), beside_m.as_array());
+        let size = (below_m.len(), beside_m.len());
+        let met = Array2::from_shape_fn(size, |(i, j)| self.0.met(below_m[i], beside_m[j]));
+        [
+            met.map(|it| it.air_mps),
+            met.map(|it| it.alpha),
+            met.map(|it| it.power),
+        ]
+        .map(|values| values.into_pyarray(py))
+    }
+
+    fn below_m(&self, alpha: f64, beside_m: f64) -> f64 {
+        self.0.below_m(alpha, beside_m)
+    }
 }
 
 /// Rows of three finite numbers.

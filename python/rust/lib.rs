@@ -25,11 +25,11 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("LOG_FILES", diagnosis::record::read::LOG_FILES)?;
     module.add("LOG_HEAD_BYTES", diagnosis::record::read::LOG_HEAD_BYTES)?;
     module.add_class::<air::Air>()?;
+    module.add_class::<air::Separation>()?;
     module.add_class::<fleet::World>()?;
     module.add_class::<fleet::Plan>()?;
     module.add_class::<recordings::Recording>()?;
     module.add_class::<running::Running>()?;
-    module.add_function(wrap_pyfunction!(air::power_ratio, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::plan, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::check, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::fly, module)?)?;

@@ -103,8 +103,17 @@ def test_separation_is_the_air_over_the_discs():
     assert found.power == pytest.approx(v, rel=1e-9)
     needed = found.depth_needed_m(0.3)
     there = leeward.separation("kolibri", under="matrice-300", depths_m=[needed], offsets_m=[0.0])
-    assert there.alpha[0, 0] == pytest.approx(0.3, rel=0.02)
-    assert found.depth_needed_m(1e-9) == np.inf
+    assert there.alpha[0, 0] == pytest.approx(0.3, rel=1e-4)
+    # Beside, the worst of the azimuths counts: the air of one of them is no more.
+    upper, lower = leeward.Air("matrice-300"), leeward.Air("kolibri")
+    places = np.stack([np.ones_like(found.depth_m), 0.0 * found.depth_m, -found.depth_m], axis=1)
+    assert (found.air_mps[:, 1] >= upper.mean_over_discs(lower, places) - 1e-12).all()
+    # Farther beside less depth is needed, and none for a limit that nothing exceeds.
+    assert found.depth_needed_m(0.3, 1.0) < needed
+    assert found.depth_needed_m(9.0, 3.0) == 0.0
+    for alpha, offset_m in [(0.0, 0.0), (np.nan, 0.0), (0.3, -1.0), (0.3, np.inf)]:
+        with pytest.raises(ValueError, match="alpha|offset_m"):
+            found.depth_needed_m(alpha, offset_m)
     assert "matrice-300" in found._repr_html_()
     with pytest.raises(ValueError, match="depths_m"):
         leeward.separation("kolibri", under="kolibri", depths_m=[-1.0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
@@ -123,24 +123,22 @@ class Separation:
     offset_m: Floats
     """How far beside (m); shape (o,)."""
     air_mps: Floats
-    """Mean air over the lower drone's discs (m/s); shape (d, o)."""
+    """Mean air over the lower drone's discs (m/s), whichever way it is beside; shape (d, o)."""
     alpha: Floats
     """The same over its own induced velocity; shape (d, o)."""
     power: Floats
     """Its power to hover there over that in still air; shape (d, o)."""
 
+    _pair: _leeward.Separation = field(repr=False, compare=False)
+
     def depth_needed_m(self, alpha: float, offset_m: float = 0.0) -> float:
-        """From which depth on (m) ``alpha`` is not exceeded, at the nearest offset of the table,
-        whichever depth below it is asked for; infinite if the last depth exceeds it."""
-        column = int(np.argmin(np.abs(self.offset_m - offset_m)))
-        exceeds = np.flatnonzero(self.alpha[:, column] > alpha)
-        if exceeds.size == 0:
-            return float(self.depth_m[0])
-        last = int(exceeds[-1])
-        if last + 1 == self.depth_m.size:
-            return float("inf")
-        (d0, d1), (a0, a1) = self.depth_m[last : last + 2], self.alpha[last : last + 2, column]
-        return float(d0 + (d1 - d0) * (a0 - alpha) / (a0 - a1))
+        """From which depth on (m) ``alpha`` (above 0) is not exceeded, so far beside (m, from 0);
+        0 if it is exceeded at none."""
+        if not (np.isfinite(alpha) and alpha > 0.0):
+            raise ValueError(f"alpha is {alpha}; it must be finite and above 0")
+        if not (np.isfinite(offset_m) and offset_m >= 0.0):
+            raise ValueError(f"offset_m is {offset_m}; it must be finite and not below 0")
+        return self._pair.below_m(alpha, offset_m)
 
     def to_pandas(self) -> _pandas.DataFrame:
         """A row for each depth and offset; needs pandas."""
@@ -199,19 +197,19 @@ def separation(
     offsets = _line(offsets_m, np.linspace(0.0, 3.0 * unit_m, 7), "offsets_m")
     if not (depths > 0.0).all():
         raise ValueError("depths_m: every depth must be above 0 m")
-    depth, offset = np.meshgrid(depths, offsets, indexing="ij")
-    places = np.stack([offset.ravel(), np.zeros(depth.size), -depth.ravel()], axis=1)
-    air = upper.mean_over_discs(lower, places)
-    alpha = air / lower.hover_velocity_mps
-    power = _leeward.power_ratio(alpha)
+    if not (offsets >= 0.0).all():
+        raise ValueError("offsets_m: no offset may be below 0 m")
+    pair = _leeward.Separation(lower._air, upper._air)
+    air, alpha, power = pair.met(depths, offsets)
     return Separation(
         above=upper.name,
         below=lower.name,
         depth_m=depths,
         offset_m=offsets,
-        air_mps=air.reshape(depth.shape),
-        alpha=alpha.reshape(depth.shape),
-        power=power.reshape(depth.shape),
+        air_mps=air,
+        alpha=alpha,
+        power=power,
+        _pair=pair,
     )
 
 

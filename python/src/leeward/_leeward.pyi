@@ -12,6 +12,7 @@ __all__ = [
     "Plan",
     "Recording",
     "Running",
+    "Separation",
     "World",
     "__version__",
     "calibrate",
@@ -21,7 +22,6 @@ __all__ = [
     "fly",
     "log_name",
     "plan",
-    "power_ratio",
     "simulate",
 ]
 
@@ -58,6 +58,12 @@ class Air:
     def mean_over_discs(self, receiver: Air, offsets_m: _Floats) -> _Floats: ...
 
 @final
+class Separation:
+    def __new__(cls, lower: Air, upper: Air) -> Separation: ...
+    def met(self, below_m: _Floats, beside_m: _Floats) -> list[_Floats]: ...
+    def below_m(self, alpha: float, beside_m: float) -> float: ...
+
+@final
 class World:
     def __new__(cls, named: tuple[str, str], folder: str, finding: str | None) -> World: ...
     @property
@@ -91,7 +97,6 @@ class Running:
     def plan(self) -> Plan: ...
     def replan(self, at_s: float, changes: list[_Change]) -> str: ...
 
-def power_ratio(alpha: _Floats) -> _Floats: ...
 def plan(
     world: World, seed: int | None, time_limit_s: float | None, contrast: bool
 ) -> Plan: ...
