@@ -20,7 +20,7 @@ pub(crate) use survey::{Edge, Stop, Vertex};
 use survey::{Forward, Survey, is_wide};
 
 /// What a ball of one radius can do on the lattice.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct StepsOfRadius {
     /// Of the ball, clearance included (m).
     radius_m: f64,
@@ -31,7 +31,7 @@ struct StepsOfRadius {
 }
 
 /// Edges through free space.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Roadmap {
     /// Its places keep their numbers as vertices.
     lattice: Lattice,

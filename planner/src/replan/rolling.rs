@@ -67,15 +67,16 @@ use crate::verify::{judged, verify};
 const SPARE_DRONES: usize = 64;
 
 /// A plan that is being flown, and what planning on needs: the roadmap, the distances to every
-/// goal, and all legs in the costmap.
-#[derive(Debug)]
+/// goal, and all legs in the costmap. A copy plans on as the original would: who keeps one can take
+/// changes back.
+#[derive(Clone, Debug)]
 pub struct Running {
     /// With the drones that came, and the last tasks of all.
     world: World,
     /// What has been flown and what will be, verified.
     plan: Plan,
     /// The world's obstacles, for places that are new.
-    solids: Solids,
+    solids: Arc<Solids>,
     /// Its roadmap grows with new stops; its agents are those of the last change.
     job: Job,
     /// What every drone still flies.
@@ -167,7 +168,7 @@ impl Running {
             });
         }
         let mut running = Running {
-            solids: Solids::new(&world.obstacles),
+            solids: Arc::new(Solids::new(&world.obstacles)),
             costmap: job.costmap(&world, true, 0),
             world,
             plan,
@@ -557,7 +558,7 @@ impl Turn<'_> {
         let running = &mut *self.running;
         let roadmap = &mut running.job.roadmap;
         let known = roadmap.place_count();
-        let solids = (!running.world.obstacles.is_empty()).then_some(&running.solids);
+        let solids = (!running.world.obstacles.is_empty()).then_some(&*running.solids);
         let vertices = roadmap.connect(&running.world.bounds_m, solids, stops);
         if roadmap.place_count() > known {
             renew_distances(running);

@@ -27,7 +27,7 @@ use crate::solver::outlines::top;
 const MOST_PASSAGES: usize = 8;
 
 /// Everything that stays the same while a fleet is planned.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Job {
     /// Paths through free space.
     pub(crate) roadmap: Roadmap,
