@@ -17,6 +17,7 @@ pub(crate) mod prove;
 mod recordings;
 pub(crate) mod schema;
 pub(crate) mod separation;
+pub(crate) mod serve;
 pub(crate) mod simulate;
 pub(crate) mod sweep;
 

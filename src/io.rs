@@ -4,6 +4,7 @@
 pub(crate) mod answer;
 pub(crate) mod failure;
 pub(crate) mod files;
+pub(crate) mod journal;
 pub(crate) mod plans;
 pub(crate) mod problems;
 pub(crate) mod progress;

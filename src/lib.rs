@@ -16,7 +16,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use commands::{
     air, bench, calibrate, check, compare, diagnose, explain, export, fly, generate, plan, prove,
-    schema, separation, simulate, sweep,
+    schema, separation, serve, simulate, sweep,
 };
 use io::answer::Answer;
 use io::failure::Failure;
@@ -60,7 +60,10 @@ enum Command {
     Compare(compare::Arguments),
     /// Plan a scenario for each value of one setting: sum of costs, exposure, drones planned
     Sweep(sweep::Arguments),
-    /// Print the fields of a scenario, a plan or a flight, with units and defaults as JSON Schema
+    /// Keep a plan that is being flown, and change it by messages: JSON Lines on standard input and
+    /// output
+    Serve(serve::Arguments),
+    /// Print the fields of a scenario, a plan, a flight or a message, with units and defaults as JSON Schema
     Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),
@@ -143,6 +146,7 @@ fn answer(line: CommandLine) -> Result<Answer, Failure> {
         (Some(Command::Explain(arguments)), _) => explain::run(&arguments),
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
         (Some(Command::Sweep(arguments)), _) => sweep::run(&arguments),
+        (Some(Command::Serve(arguments)), _) => serve::run(&arguments),
         (Some(Command::Schema(arguments)), _) => schema::run(&arguments),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),

@@ -23,15 +23,19 @@ enum Which {
     Plan,
     /// What `plan fly` writes (flight.json)
     Flight,
+    /// What `plan serve` takes, answers and keeps: messages, answers, records of a journal
+    Serve,
 }
 
 /// Prints one JSON object. Of a scenario `defaults` and `presets` come first, for readers; the rest
 /// is the schema itself, for editors.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    print(&files::json_pretty(&match arguments.of {
-        Which::Scenario => planner::scenario::schema(),
-        Which::Plan => planner::plan::file::schema(),
-        Which::Flight => flight::report::schema(),
-    }))?;
+    let text = match arguments.of {
+        Which::Scenario => files::json_pretty(&planner::scenario::schema()),
+        Which::Plan => files::json_pretty(&planner::plan::file::schema()),
+        Which::Flight => files::json_pretty(&flight::report::schema()),
+        Which::Serve => files::json_pretty(&service::message::schema()),
+    };
+    print(&text)?;
     Ok(Answer::Yes)
 }

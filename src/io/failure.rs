@@ -96,6 +96,8 @@ pub(crate) enum Failure {
     NoHardware(String),
     #[error(transparent)]
     Instance(#[from] InstanceError),
+    #[error("{}: {reason}", path.display())]
+    Journal { path: PathBuf, reason: String },
     #[error("nothing can be held out: {0}")]
     HeldOut(String),
     #[error("cannot start {jobs} threads: {source}")]

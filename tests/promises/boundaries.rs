@@ -8,13 +8,14 @@ use std::fs;
 
 use sources::{Source, dependencies, files_below, read, root, sources_of};
 
-const LIBRARIES: [&str; 6] = [
+const LIBRARIES: [&str; 7] = [
     "airflow",
     "costmap",
     "planner",
     "flight",
     "exchange",
     "diagnosis",
+    "service",
 ];
 
 /// Parts of `planner` that judge a plan without the search, and may therefore ask `airflow`.
@@ -69,7 +70,7 @@ fn comments_have_at_most_a_hundred_columns() {
 fn dependencies_run_one_way() {
     assert!(
         read("Cargo.toml").contains(
-            r#"members = ["airflow", "costmap", "planner", "flight", "exchange", "diagnosis", "tools", "validation", "benches"]"#
+            r#"members = ["airflow", "costmap", "planner", "flight", "exchange", "diagnosis", "service", "tools", "validation", "benches"]"#
         ),
         "a new crate needs its line here and in ARCHITECTURE.md"
     );
@@ -80,6 +81,7 @@ fn dependencies_run_one_way() {
         ("flight", &["airflow", "costmap", "planner"]),
         ("exchange", &["planner"]),
         ("diagnosis", &["airflow"]),
+        ("service", &["planner"]),
     ] {
         let depends = dependencies(&format!("{crate_name}/Cargo.toml"));
         assert!(depends.contains("nalgebra"), "{crate_name}: {depends:?}");
@@ -348,8 +350,8 @@ fn the_command_plans_through_the_planner_s_front_door() {
 fn the_text_belongs_to_no_machine() {
     let mut files = files_below("scenarios");
     for folder in [
-        ".ci", "airflow", "benches", "costmap", "docs", "exchange", "flight", "planner", "src",
-        "tests",
+        ".ci", "airflow", "benches", "costmap", "docs", "exchange", "flight", "planner", "service",
+        "src", "tests",
     ] {
         files.extend(files_below(folder));
     }

@@ -1,0 +1,739 @@
+//! What a request does to the plan that is being flown.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::Point3;
+use planner::plan::{self, TrajectoryEntry, Violation};
+use planner::replan::change::{self as planned, ChangeError};
+use planner::replan::rolling::Replanned;
+use planner::scenario::world;
+use planner::{Control, Outcome, Problems, Running};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::message::{
+    Add, Answer, AtEnd, AtStart, Change, Changed, Closed, Code, Id, Late, MOST_BYTES, MOST_CHANGES,
+    MOST_DRONES, OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen, State, Task,
+    Told, Whole,
+};
+use crate::off_plan::{self, OffPlan};
+
+/// One plan that is being flown, or none.
+#[derive(Debug, Default)]
+pub struct Service {
+    flown: Option<Flown>,
+    /// The first answer has been given.
+    has_answered: bool,
+}
+
+/// A plan that is being flown.
+#[derive(Clone, Debug)]
+struct Flown {
+    running: Running,
+    /// Rises by one with every patch.
+    revision: u64,
+    /// The latest time told (s).
+    clock_s: f64,
+    /// Where drones said last that they are: when (s), and where (m).
+    seen: BTreeMap<String, (f64, Point3<f64>)>,
+}
+
+/// What became of a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Handled {
+    /// To be sent, but not before `record` is kept.
+    pub answer: Answer,
+    /// What a journal has to keep.
+    pub record: Option<Record>,
+}
+
+/// Why a journal cannot be replayed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplayError(String);
+
+impl fmt::Display for ReplayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for ReplayError {}
+
+/// What is wrong, one or more.
+type Refusals = Vec<Refusal>;
+/// A result, and what a journal has to keep of it.
+type Done = (Told, Option<Record>);
+
+fn refusal(code: Code, place: impl Into<String>, message: impl Into<String>) -> Refusal {
+    Refusal {
+        code,
+        message: message.into(),
+        place: place.into(),
+        also: Vec::new(),
+    }
+}
+
+fn refused<T>(
+    code: Code,
+    place: impl Into<String>,
+    message: impl Into<String>,
+) -> Result<T, Refusals> {
+    Err(vec![refusal(code, place, message)])
+}
+
+impl Service {
+    /// Answers one line. `elapsed_s` says how long ago it came (s), and is asked for time limits
+    /// alone: without one, the same lines give the same answers.
+    ///
+    /// A request that is refused changes nothing.
+    pub fn handle(&mut self, line: &str, elapsed_s: &(dyn Fn() -> f64 + Sync)) -> Handled {
+        let mut id = None;
+        let done = self.answer(line, &mut id, elapsed_s);
+        let protocol = (!self.has_answered).then_some(PROTOCOL);
+        self.has_answered = true;
+        let (result, record, error) = match done {
+            Ok((told, record)) => (Some(told), record, None),
+            Err(mut refusals) => {
+                let also = refusals.split_off(refusals.len().min(1));
+                let first = refusals.pop();
+                (None, None, first.map(|it| Refusal { also, ..it }))
+            }
+        };
+        let answer = Answer {
+            id,
+            protocol,
+            result,
+            error,
+        };
+        Handled { answer, record }
+    }
+
+    /// Refuses a line that could not be handed in as a text.
+    pub fn refuse(&mut self, code: Code, message: &str) -> Answer {
+        let protocol = (!self.has_answered).then_some(PROTOCOL);
+        self.has_answered = true;
+        Answer {
+            protocol,
+            error: Some(refusal(code, "", message)),
+            ..Answer::default()
+        }
+    }
+
+    /// The revision of the plan, if one is open.
+    pub fn revision(&self) -> Option<u64> {
+        self.flown.as_ref().map(|it| it.revision)
+    }
+
+    /// Does again what a journal has kept, in its order.
+    ///
+    /// # Errors
+    /// A record that does not follow from those before it.
+    pub fn replay(&mut self, record: Record) -> Result<(), ReplayError> {
+        let told = |errors: Refusals| {
+            let messages: Vec<String> = errors.into_iter().map(|it| it.message).collect();
+            ReplayError(messages.join("; "))
+        };
+        match record {
+            Record::Journal(protocol) if protocol == PROTOCOL => Ok(()),
+            Record::Journal(other) => Err(ReplayError(format!(
+                "the journal is of `{other}`, this program reads `{PROTOCOL}`"
+            ))),
+            Record::Opened { scenario, plan } => {
+                let open = Open {
+                    scenario,
+                    plan: Some(plan),
+                    time_limit_s: None,
+                };
+                self.open(open, &|| 0.0).map(|_| ()).map_err(told)
+            }
+            Record::Changed {
+                revision,
+                at_s,
+                changes,
+            } => {
+                let change = Change {
+                    revision: revision.saturating_sub(1),
+                    at_s,
+                    changes,
+                    time_limit_s: None,
+                };
+                self.change(change, &|| 0.0).map(|_| ()).map_err(told)
+            }
+            Record::Closed => self.close().map(|_| ()).map_err(told),
+        }
+    }
+
+    fn answer(
+        &mut self,
+        line: &str,
+        id: &mut Option<Id>,
+        elapsed_s: &(dyn Fn() -> f64 + Sync),
+    ) -> Result<Done, Refusals> {
+        if line.len() > MOST_BYTES {
+            let message = format!("the line has more than {} MiB", MOST_BYTES >> 20);
+            return refused(Code::TooMuch, "", message);
+        }
+        let value: Value = serde_json::from_str(line).map_err(|error| {
+            let place = format!("column {}", error.column());
+            vec![refusal(Code::Malformed, place, error.to_string())]
+        })?;
+        let Value::Object(mut fields) = value else {
+            return refused(Code::Field, "", "a request is an object");
+        };
+        if let Some(given) = fields.remove("id") {
+            *id = Some(parsed(given, "id")?);
+        }
+        let method: String = match fields.remove("method") {
+            Some(given) => parsed(given, "method")?,
+            None => return refused(Code::Field, "method", "missing field `method`"),
+        };
+        let params = fields.remove("params");
+        if let Some(unknown) = fields.keys().next() {
+            let message = format!("unknown field `{unknown}`, there are id, method, params");
+            return refused(Code::Field, unknown, message);
+        }
+        let given = |it: Option<Value>| match it {
+            Some(params) => Ok(params),
+            None => refused(Code::Field, "params", "missing field `params`"),
+        };
+        let none = |it: Option<Value>| match it {
+            None | Some(Value::Null) => Ok(()),
+            Some(Value::Object(fields)) if fields.is_empty() => Ok(()),
+            Some(_) => refused(Code::Field, "params", "this method takes none"),
+        };
+        match &method[..] {
+            "open" => self.open(parsed(given(params)?, "params")?, elapsed_s),
+            "change" => self.change(parsed(given(params)?, "params")?, elapsed_s),
+            "state" => self.state(parsed(given(params)?, "params")?, elapsed_s),
+            "plan" => none(params).and_then(|()| Ok((self.flown()?.whole(), None))),
+            "close" => none(params).and_then(|()| self.close()),
+            other => refused(
+                Code::UnknownMethod,
+                "method",
+                format!(
+                    "no method is called `{other}`, there are open, change, state, plan, close"
+                ),
+            ),
+        }
+    }
+
+    fn flown(&mut self) -> Result<&mut Flown, Refusals> {
+        let none = || vec![refusal(Code::NotOpen, "method", "no plan is open")];
+        self.flown.as_mut().ok_or_else(none)
+    }
+
+    fn close(&mut self) -> Result<Done, Refusals> {
+        let closed = self.flown()?.revision;
+        self.flown = None;
+        Ok((Told::Closed(Closed { closed }), Some(Record::Closed)))
+    }
+
+    fn open(&mut self, open: Open, elapsed_s: &(dyn Fn() -> f64 + Sync)) -> Result<Done, Refusals> {
+        if self.flown.is_some() {
+            return refused(
+                Code::AlreadyOpen,
+                "method",
+                "a plan is open; close it first",
+            );
+        }
+        let limit = Limit::new(open.time_limit_s, elapsed_s)?;
+        let world = planner::read_world(&open.scenario)
+            .map_err(|problems| of_scenario(&open.scenario, problems))?;
+        let plan = match &open.plan {
+            Some(given) => taken_over(given)?,
+            None => planned_anew(&world, &limit)?,
+        };
+        let running = Running::new(world, plan)
+            .map_err(|error| vec![refusal(Code::Plan, "params.plan", error.to_string())])?;
+        limit.check()?;
+        let flown = Flown {
+            running,
+            revision: 1,
+            clock_s: 0.0,
+            seen: BTreeMap::new(),
+        };
+        let told = flown.whole();
+        let plan = serde_json::to_value(flown.running.plan())
+            .map_err(|error| vec![refusal(Code::Plan, "params.plan", error.to_string())])?;
+        let record = Record::Opened {
+            scenario: open.scenario,
+            plan,
+        };
+        self.flown = Some(flown);
+        Ok((told, Some(record)))
+    }
+
+    fn change(
+        &mut self,
+        change: Change,
+        elapsed_s: &(dyn Fn() -> f64 + Sync),
+    ) -> Result<Done, Refusals> {
+        let limit = Limit::new(change.time_limit_s, elapsed_s)?;
+        let flown = self.flown()?;
+        let (given, now) = (change.revision, flown.revision);
+        if given != now {
+            let (code, what) = match given < now {
+                true => (Code::StaleRevision, "the plan has changed since"),
+                false => (Code::FutureRevision, "there is none such yet"),
+            };
+            let message = format!("revision {given} of a plan at revision {now}: {what}");
+            return refused(code, "params.revision", message);
+        }
+        flown.on_time(change.at_s)?;
+        let count = change.changes.len();
+        if count == 0 || count > MOST_CHANGES {
+            let code = if count == 0 {
+                Code::Change
+            } else {
+                Code::TooMuch
+            };
+            let message = format!("{count} changes, of 1 to {MOST_CHANGES}");
+            return refused(code, "params.changes", message);
+        }
+        let (patch, record) = flown.replan(change.at_s, change.changes, &limit)?;
+        Ok((Told::Patch(patch), Some(record)))
+    }
+
+    fn state(
+        &mut self,
+        state: State,
+        elapsed_s: &(dyn Fn() -> f64 + Sync),
+    ) -> Result<Done, Refusals> {
+        let limit = Limit::new(state.time_limit_s, elapsed_s)?;
+        let flown = self.flown()?;
+        flown.on_time(state.at_s)?;
+        if state.drones.len() > MOST_DRONES {
+            let message = format!("{} drones, of at most {MOST_DRONES}", state.drones.len());
+            return refused(Code::TooMuch, "params.drones", message);
+        }
+        let Sighting { late, off_path } = flown.judge(&state)?;
+        let (patch, record) = match late.is_empty() {
+            true => (None, None),
+            false => {
+                let (patch, record) = flown.replan(state.at_s, late, &limit)?;
+                (Some(patch), Some(record))
+            }
+        };
+        flown.clock_s = state.at_s;
+        for (name, place) in state.drones {
+            let seen = (state.at_s, Point3::from(place.position_m));
+            flown.seen.insert(name, seen);
+        }
+        let revision = flown.revision;
+        let seen = Seen {
+            revision,
+            patch,
+            off_path,
+        };
+        Ok((Told::Seen(seen), record))
+    }
+}
+
+/// What positions say of the drones.
+struct Sighting {
+    late: Vec<OneChange>,
+    off_path: Vec<OffPath>,
+}
+
+impl Flown {
+    fn whole(&self) -> Told {
+        Told::Whole(Box::new(Whole {
+            revision: self.revision,
+            plan: self.running.plan().clone(),
+        }))
+    }
+
+    fn on_time(&self, at_s: f64) -> Result<(), Refusals> {
+        if at_s < self.clock_s {
+            let message = format!("at {at_s:.2} s, and {:.2} s was told before", self.clock_s);
+            return refused(Code::ClockBack, "params.at_s", message);
+        }
+        Ok(())
+    }
+
+    /// Holds positions against the plan; drones that are not there yet or any more are passed over.
+    fn judge(&self, state: &State) -> Result<Sighting, Refusals> {
+        let plan = self.running.plan();
+        let (mut late, mut off_path, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+        let known: BTreeMap<&str, &plan::DronePlan> =
+            plan.drones.iter().map(|it| (&it.name[..], it)).collect();
+        for (name, place) in &state.drones {
+            let at = format!("params.drones.{name}");
+            let Some(entry) = known.get(&name[..]) else {
+                let message = format!("no drone is called `{name}`");
+                wrong.push(refusal(Code::UnknownDrone, at, message));
+                continue;
+            };
+            let enters_s = entry.enters_s.unwrap_or(0.0);
+            let last_s = entry.trajectory.t_s.last().copied().unwrap_or(0.0);
+            let has_left = entry.at_end == plan::AtEnd::Leave && state.at_s > last_s;
+            if state.at_s < enters_s || has_left {
+                continue;
+            }
+            let position_m = Point3::from(place.position_m);
+            let before = self.seen.get(name).copied();
+            let before =
+                before.or_else(|| Some((enters_s, entry.trajectory.position_m(enters_s)?)));
+            if let Some((then_s, then_m)) = before {
+                let (moved_m, in_s) = ((position_m - then_m).norm(), state.at_s - then_s);
+                if moved_m > off_plan::reach_m(entry, in_s) {
+                    let at = format!("{at}.position_m");
+                    let message =
+                        format!("`{name}` is {moved_m:.1} m from where it was {in_s:.2} s before");
+                    wrong.push(refusal(Code::Jump, at, message));
+                    continue;
+                }
+            }
+            match off_plan::judge(entry, &plan.margins, state.at_s, &position_m) {
+                OffPlan::No => {}
+                OffPlan::Late(by_s) => late.push(OneChange::Late(Late {
+                    drone: name.clone(),
+                    by_s,
+                })),
+                OffPlan::Path(off_m) => off_path.push(OffPath {
+                    drone: name.clone(),
+                    off_m,
+                }),
+            }
+        }
+        match wrong.is_empty() {
+            true => Ok(Sighting { late, off_path }),
+            false => Err(wrong),
+        }
+    }
+
+    /// Plans on; where that is refused, or takes too long, all is as it was.
+    fn replan(
+        &mut self,
+        at_s: f64,
+        changes: Vec<OneChange>,
+        limit: &Limit<'_>,
+    ) -> Result<(Patch, Record), Refusals> {
+        let asked = self.asked(&changes)?;
+        let before = self.running.clone();
+        let done = self.tried(at_s, &asked, &changes, limit);
+        if done.is_err() {
+            self.running = before;
+        }
+        let patch = done?;
+        self.revision = patch.revision;
+        self.clock_s = at_s;
+        let record = Record::Changed {
+            revision: patch.revision,
+            at_s,
+            changes,
+        };
+        Ok((patch, record))
+    }
+
+    fn tried(
+        &mut self,
+        at_s: f64,
+        asked: &[planned::Change],
+        changes: &[OneChange],
+        limit: &Limit<'_>,
+    ) -> Result<Patch, Refusals> {
+        let known = self.running.plan().violations.clone();
+        let stop = || limit.is_over();
+        let control = Control {
+            stop: &stop,
+            ..Control::QUIET
+        };
+        let told = self.running.replan(at_s, asked, &control);
+        let told = told.map_err(|errors| {
+            let refusals = errors.iter().map(|it| of_change(it, changes));
+            refusals.collect::<Refusals>()
+        })?;
+        limit.check()?;
+        // Whole hundredths, rounded up, as the planner counts.
+        let from_s = (at_s * 100.0).ceil() / 100.0;
+        let plan = self.running.plan();
+        let is_new = |it: &&Violation| {
+            it.until_s.is_none_or(|until_s| until_s >= from_s)
+                && !told.unavoidable.contains(it)
+                && !known.contains(it)
+        };
+        let new = plan.violations.iter().filter(is_new);
+        let new: Refusals = new
+            .map(|it| refusal(Code::NotVerified, "params", it.to_string()))
+            .collect();
+        if !new.is_empty() {
+            return Err(new);
+        }
+        Ok(self.patch(told, from_s))
+    }
+
+    fn patch(&self, told: Replanned, from_s: f64) -> Patch {
+        let plan = self.running.plan();
+        let changed = told.changed.into_iter().filter_map(|it| {
+            let entry = plan.drones.iter().find(|entry| entry.name == it.drone)?;
+            Some(Changed {
+                drone: it.drone,
+                cause: it.cause,
+                trajectory: rest(&entry.trajectory, from_s),
+                at_end: match entry.at_end {
+                    plan::AtEnd::Hover => AtEnd::Hover,
+                    plan::AtEnd::Land => AtEnd::Land,
+                    plan::AtEnd::Leave => AtEnd::Leave,
+                },
+            })
+        });
+        Patch {
+            revision: self.revision + 1,
+            from_s,
+            changed: changed.collect(),
+            refused: told.refused,
+            unavoidable: told.unavoidable,
+        }
+    }
+
+    /// Changes as the planner takes them.
+    fn asked(&self, changes: &[OneChange]) -> Result<Vec<planned::Change>, Refusals> {
+        let mut wrong = Vec::new();
+        let asked = changes.iter().enumerate().filter_map(|(index, it)| {
+            let change = match it {
+                OneChange::Late(it) => planned::Change::Late {
+                    drone: it.drone.clone(),
+                    by_s: it.by_s,
+                },
+                OneChange::Remove(it) => planned::Change::Removed {
+                    drone: it.drone.clone(),
+                },
+                OneChange::Retask(it) => planned::Change::Retasked {
+                    drone: it.drone.clone(),
+                    tasks: tasks(&it.tasks),
+                },
+                OneChange::Add(it) => match self.added(it) {
+                    Some(drone) => planned::Change::Added(drone),
+                    None => {
+                        let place = format!("params.changes[{index}].add.like");
+                        let message = format!("no drone is called `{}`", it.like);
+                        wrong.push(refusal(Code::UnknownDrone, place, message));
+                        return None;
+                    }
+                },
+            };
+            Some(change)
+        });
+        let asked: Vec<planned::Change> = asked.collect();
+        if wrong.is_empty() {
+            Ok(asked)
+        } else {
+            Err(wrong)
+        }
+    }
+
+    fn added(&self, it: &Add) -> Option<world::Drone> {
+        let mut drones = self.running.world().drones.iter();
+        let like = drones.find(|known| known.name == it.like)?;
+        Some(world::Drone {
+            name: it.drone.clone(),
+            start_m: it.start_m.into(),
+            at_start: match it.at_start {
+                AtStart::Hover => plan::AtStart::Hover,
+                AtStart::Landed => plan::AtStart::Landed,
+            },
+            tasks: tasks(&it.tasks),
+            at_end: match it.at_end {
+                AtEnd::Hover => plan::AtEnd::Hover,
+                AtEnd::Land => plan::AtEnd::Land,
+                AtEnd::Leave => plan::AtEnd::Leave,
+            },
+            ..like.clone()
+        })
+    }
+}
+
+/// How long a request may take.
+struct Limit<'a> {
+    limit_s: f64,
+    elapsed_s: &'a (dyn Fn() -> f64 + Sync),
+    /// Work has been cut short.
+    was_over: AtomicBool,
+}
+
+impl<'a> Limit<'a> {
+    fn new(
+        limit_s: Option<f64>,
+        elapsed_s: &'a (dyn Fn() -> f64 + Sync),
+    ) -> Result<Limit<'a>, Refusals> {
+        if let Some(it) = limit_s.filter(|it| it.is_nan() || *it < 0.0) {
+            let message = format!("{it} s is no time limit");
+            return refused(Code::Time, "params.time_limit_s", message);
+        }
+        Ok(Limit {
+            limit_s: limit_s.unwrap_or(f64::INFINITY),
+            elapsed_s,
+            was_over: AtomicBool::new(false),
+        })
+    }
+
+    fn is_over(&self) -> bool {
+        let is_over = self.limit_s.is_finite() && (self.elapsed_s)() >= self.limit_s;
+        if is_over {
+            self.was_over.store(true, Ordering::Relaxed);
+        }
+        is_over
+    }
+
+    /// What was made in time is whole: nothing that was cut short is handed out.
+    fn check(&self) -> Result<(), Refusals> {
+        if self.was_over.load(Ordering::Relaxed) || self.is_over() {
+            let message = format!("not done within {} s; what is flown goes on", self.limit_s);
+            return refused(Code::Deadline, "params.time_limit_s", message);
+        }
+        Ok(())
+    }
+}
+
+/// A value of a kind; an error says where in the line it is not.
+fn parsed<T: DeserializeOwned>(value: Value, place: &str) -> Result<T, Refusals> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let place = match &error.path().to_string()[..] {
+            "." => place.to_owned(),
+            path => format!("{place}.{path}"),
+        };
+        vec![refusal(Code::Field, place, error.inner().to_string())]
+    })
+}
+
+/// A plan that was handed in; what it claims of itself is judged anew.
+fn taken_over(given: &Value) -> Result<planner::Plan, Refusals> {
+    let file = plan::file::read(&given.to_string());
+    let file = file.map_err(|error| vec![refusal(Code::Plan, "params.plan", error.to_string())])?;
+    let found = planner::verify(&file.plan).violations;
+    let wrong = found.iter().take(MOST_TOLD);
+    let wrong: Refusals = wrong
+        .map(|it| refusal(Code::NotVerified, "params.plan", it.to_string()))
+        .collect();
+    if wrong.is_empty() {
+        Ok(file.plan)
+    } else {
+        Err(wrong)
+    }
+}
+
+/// Violations of a plan that are told: chosen here, a screen's worth.
+const MOST_TOLD: usize = 20;
+
+fn planned_anew(world: &planner::World, limit: &Limit<'_>) -> Result<planner::Plan, Refusals> {
+    let stop = || limit.is_over();
+    let control = Control {
+        stop: &stop,
+        contrast: false,
+        ..Control::QUIET
+    };
+    let outcome = planner::plan_world(world, &control).map_err(|faults| {
+        vec![refusal(
+            Code::Scenario,
+            "params.scenario",
+            faults.to_string(),
+        )]
+    })?;
+    limit.check()?;
+    match outcome {
+        Outcome::Safe(planned) | Outcome::Partial(planned) => Ok(planned.plan),
+        Outcome::Unsafe(planned) => {
+            let found = planned.plan.violations.iter().take(MOST_TOLD);
+            let told =
+                found.map(|it| refusal(Code::NotVerified, "params.scenario", it.to_string()));
+            Err(told.collect())
+        }
+        Outcome::Infeasible { conflicts } => refused(
+            Code::NoPlan,
+            "params.scenario",
+            format!(
+                "{} pairs of starts or goals exclude one another",
+                conflicts.count()
+            ),
+        ),
+    }
+}
+
+fn tasks(given: &[Task]) -> Vec<world::Task> {
+    let task = |it: &Task| world::Task {
+        to_m: it.to_m.into(),
+        dwell_s: it.dwell_s,
+        load_kg: it.load_kg,
+        during_s: None,
+    };
+    given.iter().map(task).collect()
+}
+
+/// All that is still flown from a time on (s): from the last break point at or before it.
+fn rest(whole: &TrajectoryEntry, from_s: f64) -> TrajectoryEntry {
+    let first = whole
+        .t_s
+        .partition_point(|t_s| *t_s <= from_s)
+        .saturating_sub(1);
+    fn after<T: Clone>(all: &[T], first: usize) -> Vec<T> {
+        all.get(first..).unwrap_or_default().to_vec()
+    }
+    TrajectoryEntry {
+        t_s: after(&whole.t_s, first),
+        position_m: after(&whole.position_m, first),
+        mass_kg: after(&whole.mass_kg, first),
+        control_m: after(&whole.control_m, first),
+        turns_at_once: whole.turns_at_once,
+    }
+}
+
+/// What is wrong with a change, at its place.
+fn of_change(error: &ChangeError, changes: &[OneChange]) -> Refusal {
+    let (code, drone) = match error {
+        ChangeError::Time(_) => (Code::Time, None),
+        ChangeError::Past { .. } => (Code::ClockBack, None),
+        ChangeError::Unknown(drone) => (Code::UnknownDrone, Some(drone)),
+        ChangeError::Known(drone) | ChangeError::Twice(drone) | ChangeError::Gone(drone) => {
+            (Code::Change, Some(drone))
+        }
+        ChangeError::Delay { drone, .. }
+        | ChangeError::Misplaced { drone, .. }
+        | ChangeError::TooLarge { drone, .. } => (Code::Change, Some(drone)),
+        ChangeError::Number(_) => (Code::Change, None),
+    };
+    let place = match (code, drone) {
+        (Code::Time | Code::ClockBack, _) => "params.at_s".to_owned(),
+        (_, None) => "params.changes".to_owned(),
+        (_, Some(name)) => {
+            // Of one that is named twice the second is meant.
+            let last = changes.iter().rposition(|it| name_of(it) == name);
+            last.map_or("params.changes".to_owned(), |it| {
+                format!("params.changes[{it}]")
+            })
+        }
+    };
+    refusal(code, place, error.to_string())
+}
+
+fn name_of(change: &OneChange) -> &str {
+    match change {
+        OneChange::Late(it) => &it.drone,
+        OneChange::Add(it) => &it.drone,
+        OneChange::Remove(it) => &it.drone,
+        OneChange::Retask(it) => &it.drone,
+    }
+}
+
+/// What is wrong with a scenario, each at its line and column, from 1.
+fn of_scenario(text: &str, Problems(problems): Problems) -> Refusals {
+    let place = |at: usize| {
+        let before = text.get(..at).unwrap_or(text);
+        let line = before.matches('\n').count() + 1;
+        let last = before.rsplit('\n').next().unwrap_or_default();
+        format!("params.scenario:{line}:{}", last.chars().count() + 1)
+    };
+    let told = problems.into_iter().map(|it| {
+        let place = it
+            .span
+            .map_or("params.scenario".to_owned(), |span| place(span.start));
+        let help = it.help.map(|help| format!("; {help}")).unwrap_or_default();
+        refusal(Code::Scenario, place, it.message + &help)
+    });
+    told.collect()
+}
+
+#[cfg(test)]
+mod tests;

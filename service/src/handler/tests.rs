@@ -1,0 +1,338 @@
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
+
+use serde_json::{Value, json};
+
+use super::{Handled, Service};
+use crate::message::{Code, Record, Told};
+
+/// Two drones that pass one another, planned to bear 0.3 s and 0.1 m.
+const PAIR: &str = r#"Scenario(
+  name: "pair",
+  bounds_m: (min: (0, 0, 0), max: (24, 12, 4)),
+  drones: [
+    (name: "left", airframe: "kolibri", start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (20.5, 2.5, 1.5))]),
+    (name: "right", airframe: "kolibri", start_m: (20.5, 8.5, 1.5), tasks: [(to_m: (2.5, 8.5, 1.5))]),
+  ],
+)
+"#;
+
+fn tell(service: &mut Service, request: &Value) -> Handled {
+    service.handle(&request.to_string(), &|| 0.0)
+}
+
+fn opened() -> Service {
+    let mut service = Service::default();
+    let open = json!({"id": 1, "method": "open", "params": {"scenario": PAIR}});
+    let told = tell(&mut service, &open);
+    assert_eq!(told.answer.error, None);
+    assert_eq!(told.answer.protocol, Some("serve/1"));
+    service
+}
+
+fn plan_text(service: &mut Service) -> String {
+    let told = tell(service, &json!({"method": "plan"}));
+    serde_json::to_string(&told.answer.result.unwrap()).unwrap()
+}
+
+fn change(revision: u64, at_s: f64, changes: &Value) -> Value {
+    json!({"method": "change", "params": {"revision": revision, "at_s": at_s, "changes": changes}})
+}
+
+fn state(at_s: f64, drone: &str, position_m: [f64; 3]) -> Value {
+    let drones = json!({drone: {"position_m": position_m}});
+    json!({"method": "state", "params": {"at_s": at_s, "drones": drones}})
+}
+
+fn planned_m(service: &Service, drone: &str, at_s: f64) -> [f64; 3] {
+    let plan = service.flown.as_ref().unwrap().running.plan();
+    let entry = plan.drones.iter().find(|it| it.name == drone).unwrap();
+    entry.trajectory.position_m(at_s).unwrap().coords.into()
+}
+
+#[test]
+fn what_is_refused_says_what_and_where_and_changes_nothing() {
+    let mut service = opened();
+    tell(
+        &mut service,
+        &change(1, 2.0, &json!([{"late": {"drone": "left", "by_s": 1.0}}])),
+    );
+    let before = plan_text(&mut service);
+    let late = |drone: &str, by_s: Value| json!([{"late": {"drone": drone, "by_s": by_s}}]);
+    let cases: Vec<(String, Code, &str)> = vec![
+        ("{".to_owned(), Code::Malformed, "column 1"),
+        ("[]".to_owned(), Code::Field, ""),
+        ("{}".to_owned(), Code::Field, "method"),
+        (
+            json!({"method": "fly"}).to_string(),
+            Code::UnknownMethod,
+            "method",
+        ),
+        (
+            json!({"method": "plan", "parms": 1}).to_string(),
+            Code::Field,
+            "parms",
+        ),
+        (
+            json!({"method": "state"}).to_string(),
+            Code::Field,
+            "params",
+        ),
+        (
+            json!({"id": [], "method": "plan"}).to_string(),
+            Code::Field,
+            "id",
+        ),
+        (
+            json!({"method": "open", "params": {"scenario": PAIR}}).to_string(),
+            Code::AlreadyOpen,
+            "method",
+        ),
+        (
+            change(1, 3.0, &late("left", json!(1))).to_string(),
+            Code::StaleRevision,
+            "params.revision",
+        ),
+        (
+            change(3, 3.0, &late("left", json!(1))).to_string(),
+            Code::FutureRevision,
+            "params.revision",
+        ),
+        (
+            change(2, 1.0, &late("left", json!(1))).to_string(),
+            Code::ClockBack,
+            "params.at_s",
+        ),
+        (
+            change(2, 1e12, &late("left", json!(1))).to_string(),
+            Code::Time,
+            "params.at_s",
+        ),
+        (
+            change(2, 3.0, &late("nobody", json!(1))).to_string(),
+            Code::UnknownDrone,
+            "params.changes[0]",
+        ),
+        (
+            change(2, 3.0, &late("left", json!(-1))).to_string(),
+            Code::Change,
+            "params.changes[0]",
+        ),
+        (
+            change(2, 3.0, &late("left", json!("1"))).to_string(),
+            Code::Field,
+            "params.changes[0].late.by_s",
+        ),
+        (
+            change(2, 3.0, &json!([])).to_string(),
+            Code::Change,
+            "params.changes",
+        ),
+        (
+            change(
+                2,
+                3.0,
+                &json!(vec![json!({"remove": {"drone": "left"}}); 1001]),
+            )
+            .to_string(),
+            Code::TooMuch,
+            "params.changes",
+        ),
+        (
+            change(
+                2,
+                3.0,
+                &json!([{"add": {"drone": "new", "like": "old", "start_m": [1, 1, 1]}}]),
+            )
+            .to_string(),
+            Code::UnknownDrone,
+            "params.changes[0].add.like",
+        ),
+        (
+            change(
+                2,
+                3.0,
+                &json!([{"retask": {"drone": "left", "tasks": [{"to_m": [99, 1, 1]}]}}]),
+            )
+            .to_string(),
+            Code::Change,
+            "params.changes",
+        ),
+        (
+            state(1.0, "left", [2.5, 2.5, 1.5]).to_string(),
+            Code::ClockBack,
+            "params.at_s",
+        ),
+        (
+            state(3.0, "nobody", [2.5, 2.5, 1.5]).to_string(),
+            Code::UnknownDrone,
+            "params.drones.nobody",
+        ),
+        (
+            state(3.0, "left", [102.5, 2.5, 1.5]).to_string(),
+            Code::Jump,
+            "params.drones.left.position_m",
+        ),
+    ];
+    for (line, code, place) in cases {
+        let Handled { answer, record } = service.handle(&line, &|| 0.0);
+        let error = answer.error.unwrap_or_else(|| panic!("taken: {line}"));
+        assert_eq!(error.code, code, "{line}: {error:?}");
+        let starts = code == Code::Change && error.place.starts_with(place);
+        assert!(error.place == place || starts, "{line}: {error:?}");
+        assert_eq!(record, None, "{line}");
+        assert_eq!(plan_text(&mut service), before, "{line}");
+    }
+}
+
+#[test]
+fn all_that_is_wrong_with_a_request_is_told_at_once() {
+    let mut service = opened();
+    let changes = json!([
+        {"late": {"drone": "left", "by_s": -1}},
+        {"remove": {"drone": "nobody"}},
+    ]);
+    let error = tell(&mut service, &change(1, 2.0, &changes))
+        .answer
+        .error
+        .unwrap();
+    let mut places = vec![error.place.clone()];
+    places.extend(error.also.iter().map(|it| it.place.clone()));
+    assert_eq!(places, ["params.changes[0]", "params.changes[1]"]);
+}
+
+#[test]
+fn a_scenario_s_errors_stand_at_their_lines() {
+    let mut service = Service::default();
+    let broken = PAIR.replace("kolibri", "colibri");
+    let open = json!({"method": "open", "params": {"scenario": broken}});
+    let error = tell(&mut service, &open).answer.error.unwrap();
+    assert_eq!(error.code, Code::Scenario);
+    assert!(error.place.starts_with("params.scenario:5:"), "{error:?}");
+    assert!(
+        error
+            .also
+            .iter()
+            .any(|it| it.place.starts_with("params.scenario:6:"))
+    );
+}
+
+#[test]
+fn only_a_drone_off_its_plan_by_more_than_its_margin_becomes_a_change() {
+    let mut service = opened();
+    let margins = service.flown.as_ref().unwrap().running.plan().margins;
+    let near = planned_m(&service, "left", 4.0 - 0.5 * margins.time_s);
+    let told = tell(&mut service, &state(4.0, "left", near));
+    let Some(Told::Seen(seen)) = told.answer.result else {
+        panic!("{:?}", told.answer)
+    };
+    assert_eq!(
+        (seen.patch, seen.off_path.len(), told.record),
+        (None, 0, None)
+    );
+
+    // It is where it was to be 2 s before: that much late.
+    let behind = planned_m(&service, "left", 2.5);
+    let told = tell(&mut service, &state(4.5, "left", behind));
+    let Some(Told::Seen(seen)) = told.answer.result else {
+        panic!("{:?}", told.answer)
+    };
+    let patch = seen.patch.expect("a patch");
+    assert_eq!((patch.revision, &patch.changed[0].drone[..]), (2, "left"));
+    let Some(Record::Changed { changes, .. }) = told.record else {
+        panic!()
+    };
+    let change = serde_json::to_value(&changes).unwrap();
+    let by_s = change[0]["late"]["by_s"].as_f64().unwrap();
+    assert!((by_s - 2.0).abs() < 0.011, "{by_s}");
+    // From the break point before the change on, to the end of what it flies.
+    let rest = &patch.changed[0].trajectory;
+    assert!(rest.t_s[0] <= patch.from_s && rest.t_s.get(1).is_none_or(|it| *it > patch.from_s));
+    let whole = &service.flown.as_ref().unwrap().running.plan().drones[0].trajectory;
+    assert_eq!(rest.t_s.last(), whole.t_s.last());
+
+    // Beside its path it is not late, and no change says where it is.
+    let [x, y, z] = planned_m(&service, "left", 5.0);
+    let told = tell(&mut service, &state(5.0, "left", [x, y + 1.0, z]));
+    let Some(Told::Seen(seen)) = told.answer.result else {
+        panic!("{:?}", told.answer)
+    };
+    assert_eq!(seen.patch, None);
+    assert_eq!(seen.off_path[0].drone, "left");
+    assert!((seen.off_path[0].off_m - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_request_that_takes_too_long_leaves_no_trace() {
+    let (mut hurried, mut unhurried) = (opened(), opened());
+    let retask = json!([{"retask": {"drone": "left", "tasks": [{"to_m": [12.5, 9.5, 2.5]}]}}]);
+    let request = change(1, 3.0, &retask);
+    let mut limited = request.clone();
+    limited["params"]["time_limit_s"] = json!(0.5);
+    let before = plan_text(&mut hurried);
+    let told = hurried.handle(&limited.to_string(), &|| 0.6);
+    assert_eq!(told.answer.error.unwrap().code, Code::Deadline);
+    assert_eq!(plan_text(&mut hurried), before);
+    for service in [&mut hurried, &mut unhurried] {
+        assert_eq!(tell(service, &request).answer.error, None);
+    }
+    assert_eq!(plan_text(&mut hurried), plan_text(&mut unhurried));
+}
+
+#[test]
+fn what_a_journal_keeps_gives_the_same_plan_to_the_byte() {
+    let mut service = Service::default();
+    let open = json!({"method": "open", "params": {"scenario": PAIR}});
+    let add = json!({"add": {
+        "drone": "third", "like": "left", "start_m": [12.5, 10.5, 1.5],
+        "tasks": [{"to_m": [12.5, 1.5, 2.5], "dwell_s": 2}], "at_end": "land",
+    }});
+    let retask = json!([{"retask": {"drone": "right", "tasks": [{"to_m": [12.5, 5.5, 3.0]}]}}]);
+    let requests = [
+        open,
+        change(1, 2.0, &json!([{"late": {"drone": "left", "by_s": 1.5}}])),
+        change(2, 3.0, &json!([add])),
+        change(3, 4.333, &retask),
+        change(4, 6.0, &json!([{"remove": {"drone": "left"}}])),
+    ];
+    let mut records = Vec::new();
+    for request in &requests {
+        let told = tell(&mut service, request);
+        assert_eq!(told.answer.error, None, "{request}");
+        records.push(serde_json::to_string(&told.record.unwrap()).unwrap());
+    }
+    let mut again = Service::default();
+    for record in &records {
+        again.replay(serde_json::from_str(record).unwrap()).unwrap();
+    }
+    assert_eq!(again.revision(), Some(5));
+    assert_eq!(plan_text(&mut again), plan_text(&mut service));
+
+    // And on with it: a copy that was replayed plans on as the original does.
+    let on = change(5, 7.0, &json!([{"late": {"drone": "third", "by_s": 0.7}}]));
+    assert_eq!(
+        tell(&mut again, &on).answer.result,
+        tell(&mut service, &on).answer.result
+    );
+}
+
+#[test]
+fn a_plan_that_is_handed_in_is_verified() {
+    let mut service = opened();
+    let told = tell(&mut service, &json!({"method": "plan"})).answer;
+    let mut whole = serde_json::to_value(told.result.unwrap()).unwrap();
+    let plan = whole["plan"].take();
+    tell(&mut service, &json!({"method": "close"}));
+    let mut broken = plan.clone();
+    // Both fly along the same line, the other way round.
+    broken["drones"][1]["trajectory"]["position_m"] = json!([[20.5, 2.5, 1.5], [2.5, 2.5, 1.5]]);
+    broken["drones"][1]["trajectory"]["t_s"] = json!([0.0, 9.0]);
+    broken["drones"][1]["trajectory"]["mass_kg"] = json!([]);
+    let open = |plan: Value| json!({"method": "open", "params": {"scenario": PAIR, "plan": plan}});
+    let refused = tell(&mut service, &open(broken)).answer.error.unwrap();
+    assert_eq!(refused.code, Code::NotVerified, "{refused:?}");
+    let taken = tell(&mut service, &open(plan)).answer;
+    assert_eq!(taken.error, None);
+}

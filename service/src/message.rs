@@ -1,0 +1,408 @@
+//! Requests, answers and the records of a journal, as data: `serve/1`.
+//!
+//! World frame: metres, z up; a position is the centre of a drone's rotor plane. Times are seconds
+//! from the plan's beginning.
+
+use std::collections::BTreeMap;
+
+use planner::Plan;
+use planner::plan::{TrajectoryEntry, Unplanned, Violation};
+use planner::replan::rolling::Cause;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The version of requests, answers and records.
+pub const PROTOCOL: &str = "serve/1";
+/// Longest line of a request (bytes). Chosen here: a plan of 10 000 drones is a tenth of it.
+pub const MOST_BYTES: usize = 256 << 20;
+/// Most changes in one request. Chosen here: as many drones as are planned in about a second.
+pub const MOST_CHANGES: usize = 1_000;
+/// Most drones in one `state`. Chosen here: the largest fleet that is benched.
+pub const MOST_DRONES: usize = 10_000;
+
+/// One line in.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Message {
+    /// Comes back in the answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<Id>,
+    /// What is asked.
+    #[serde(flatten)]
+    pub request: Request,
+}
+
+/// A name for a request.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Id {
+    /// A whole number.
+    Number(i64),
+    /// A text.
+    Text(String),
+}
+
+/// What can be asked.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "method", content = "params", rename_all = "snake_case")]
+pub enum Request {
+    /// Plans a scenario, or takes over a plan of it.
+    Open(Box<Open>),
+    /// Plans on from a moment with changes.
+    Change(Change),
+    /// Says where drones are.
+    State(State),
+    /// Asks for the plan as it is now.
+    Plan,
+    /// Ends the plan; another can be opened.
+    Close,
+}
+
+/// A scenario, or a scenario and its plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Open {
+    /// The text of a scenario (RON) that cites no files.
+    pub scenario: String,
+    /// Its plan, as in plan.json; left out: it is planned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Plan>")]
+    pub plan: Option<serde_json::Value>,
+    /// Longest time that it may take (s); left out: no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    pub time_limit_s: Option<f64>,
+}
+
+/// Changes at a moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Change {
+    /// Of the plan that the changes are meant for.
+    pub revision: u64,
+    /// When (s); no earlier than any time told before.
+    pub at_s: f64,
+    /// At most one a drone.
+    #[schemars(length(min = 1, max = MOST_CHANGES))]
+    pub changes: Vec<OneChange>,
+    /// Longest time that it may take (s); when it is over, what is flown goes on. Left out: no
+    /// limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    pub time_limit_s: Option<f64>,
+}
+
+/// What is not as the plan says, or shall not be any more.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum OneChange {
+    /// A drone is behind its plan.
+    Late(Late),
+    /// A drone comes.
+    Add(Add),
+    /// A drone is taken out, body and wake.
+    Remove(Remove),
+    /// A drone drops what it still had to do, and does this.
+    Retask(Retask),
+}
+
+/// A drone is where the plan had it some time ago.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Late {
+    /// Its name.
+    pub drone: String,
+    /// How long ago (s).
+    pub by_s: f64,
+}
+
+/// A drone comes, to where it starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Add {
+    /// Its name.
+    pub drone: String,
+    /// The drone of the plan whose airframe, limits of motion and limit of air it has.
+    pub like: String,
+    /// Where it starts (m).
+    pub start_m: [f64; 3],
+    /// How it starts.
+    #[serde(default)]
+    pub at_start: AtStart,
+    /// What it does, in order.
+    #[serde(default)]
+    pub tasks: Vec<Task>,
+    /// What it does after that.
+    #[serde(default)]
+    pub at_end: AtEnd,
+}
+
+/// A drone is taken out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Remove {
+    /// Its name.
+    pub drone: String,
+}
+
+/// Other tasks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Retask {
+    /// Its name.
+    pub drone: String,
+    /// From now on, in order.
+    pub tasks: Vec<Task>,
+}
+
+/// A place to reach.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// Where (m).
+    pub to_m: [f64; 3],
+    /// How long it hovers there (s).
+    #[serde(default)]
+    pub dwell_s: f64,
+    /// Payload from arrival on (kg); left out: unchanged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_kg: Option<f64>,
+}
+
+/// How a drone starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AtStart {
+    /// In the air.
+    #[default]
+    Hover,
+    /// On the ground.
+    Landed,
+}
+
+/// What a drone does after its last task.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AtEnd {
+    /// Stays in the air.
+    #[default]
+    Hover,
+    /// Lands below.
+    Land,
+    /// Body and wake vanish.
+    Leave,
+}
+
+/// Where drones are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// When (s); no earlier than any time told before.
+    pub at_s: f64,
+    /// By name, any number of them.
+    #[schemars(extend("maxProperties" = MOST_DRONES))]
+    pub drones: BTreeMap<String, Place>,
+    /// Longest time that it may take to plan on (s); when it is over, what is flown goes on. Left
+    /// out: no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    pub time_limit_s: Option<f64>,
+}
+
+/// Where one drone is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// m.
+    pub position_m: [f64; 3],
+}
+
+/// One line out: the answer to one line in.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Answer {
+    /// Of the request, where it could be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<Id>,
+    /// `serve/1`: in the first answer alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub protocol: Option<&'static str>,
+    /// What was asked for, if there is no error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub result: Option<Told>,
+    /// Why not; then nothing has changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<Refusal>,
+}
+
+/// A result.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Told {
+    /// Of `open` and `plan`.
+    Whole(Box<Whole>),
+    /// Of `change`.
+    Patch(Patch),
+    /// Of `state`.
+    Seen(Seen),
+    /// Of `close`.
+    Closed(Closed),
+}
+
+/// The plan as it is now.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Whole {
+    /// Rises by one with every patch.
+    pub revision: u64,
+    /// What has been flown and what will be, verified.
+    pub plan: Plan,
+}
+
+/// What has changed; verified with all that has not.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Patch {
+    /// Of the plan with this patch.
+    pub revision: u64,
+    /// The moment of the changes, in whole hundredths of a second (s).
+    pub from_s: f64,
+    /// Drones that fly something else from here on.
+    pub changed: Vec<Changed>,
+    /// Drones for which no path was found, and what they do instead.
+    pub refused: Vec<Unplanned>,
+    /// What it is too late to avoid. It is flown: without the patch there would be more.
+    pub unavoidable: Vec<Violation>,
+}
+
+/// A drone that flies something else.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Changed {
+    /// Its name.
+    pub drone: String,
+    /// Why: `late`, `added`, `removed`, `retasked`, or it `gave_way` to one of these.
+    #[schemars(with = "String")]
+    pub cause: Cause,
+    /// All that it still flies, from the last break point at or before `from_s` on.
+    pub trajectory: TrajectoryEntry,
+    /// What it does after that.
+    pub at_end: AtEnd,
+}
+
+/// What positions say.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Seen {
+    /// Of the plan now.
+    pub revision: u64,
+    /// What follows from it; `null`: all are where the plan bears it.
+    pub patch: Option<Patch>,
+    /// Drones that are where their plan neither has nor had them, beyond its margins: no change of
+    /// a plan says this. Their plans go on.
+    pub off_path: Vec<OffPath>,
+}
+
+/// A drone off its path.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct OffPath {
+    /// Its name.
+    pub drone: String,
+    /// How far from where its plan has it now (m).
+    pub off_m: f64,
+}
+
+/// The plan is closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Closed {
+    /// Its last revision.
+    pub closed: u64,
+}
+
+/// Why a request is refused.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Refusal {
+    /// For programs.
+    pub code: Code,
+    /// For people.
+    pub message: String,
+    /// Where in the line: `params.changes[0].late.by_s`, `column 12`, or, of a scenario,
+    /// `params.scenario:LINE:COLUMN`; empty: all of it.
+    pub place: String,
+    /// What else is wrong.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<Refusal>,
+}
+
+/// What kind of refusal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Code {
+    /// Not JSON.
+    Malformed,
+    /// No such method.
+    UnknownMethod,
+    /// A field that is missing, unknown, or of another kind.
+    Field,
+    /// The line is too long, or lists too much.
+    TooMuch,
+    /// No plan is open.
+    NotOpen,
+    /// A plan is open already.
+    AlreadyOpen,
+    /// The scenario is not in order.
+    Scenario,
+    /// The plan is none, or not that of the scenario.
+    Plan,
+    /// There is no plan that may be flown.
+    NoPlan,
+    /// The revision is an earlier one.
+    StaleRevision,
+    /// There is no such revision yet.
+    FutureRevision,
+    /// Not a time, or not one of this plan.
+    Time,
+    /// Earlier than a time told before.
+    ClockBack,
+    /// No drone is called that.
+    UnknownDrone,
+    /// A position that the drone cannot have come to.
+    Jump,
+    /// A change is not in order.
+    Change,
+    /// It took longer than it may.
+    Deadline,
+    /// The verifier found violations in what was planned.
+    NotVerified,
+}
+
+/// What a journal keeps: each is one line, and replayed they give the same plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Record {
+    /// The first line.
+    Journal(String),
+    /// A plan was opened.
+    Opened {
+        /// Of the scenario.
+        scenario: String,
+        /// As it was planned, or handed in.
+        #[schemars(with = "Plan")]
+        plan: serde_json::Value,
+    },
+    /// It was changed.
+    Changed {
+        /// Which it has then.
+        revision: u64,
+        /// When (s).
+        at_s: f64,
+        /// What.
+        changes: Vec<OneChange>,
+    },
+    /// It was closed.
+    Closed,
+}
+
+/// The JSON schema of every message: what goes in, what comes out, and what a journal keeps.
+pub fn schema() -> serde_json::Value {
+    serde_json::json!({
+        "protocol": PROTOCOL,
+        "message": schemars::schema_for!(Message),
+        "answer": schemars::schema_for!(Answer),
+        "record": schemars::schema_for!(Record),
+    })
+}
