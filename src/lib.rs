@@ -63,7 +63,8 @@ enum Command {
     /// Keep a plan that is being flown, and change it by messages: JSON Lines on standard input and
     /// output
     Serve(serve::Arguments),
-    /// Print the fields of a scenario, a plan, a flight or a message, with units and defaults as JSON Schema
+    /// Print the fields of a scenario, a plan, a flight or a message, with units and defaults as
+    /// JSON Schema
     Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),

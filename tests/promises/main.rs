@@ -38,6 +38,7 @@ mod recordings_commands;
 mod scaling;
 mod scenario;
 mod scenarios;
+mod serve;
 mod verifier;
 mod volumes;
 mod wakes;
