@@ -460,7 +460,12 @@ impl Flown {
             .map(|it| refusal(Code::NotVerified, "params", it.to_string()))
             .collect();
         if !new.is_empty() {
-            return Err(new);
+            // Why, where a drone has found no path.
+            let out = told.refused.iter().map(|it| {
+                let place = place_of(&it.name, changes);
+                refusal(Code::NoPlan, place, format!("`{}`: {}", it.name, it.reason))
+            });
+            return Err(new.into_iter().chain(out).collect());
         }
         Ok(self.patch(told, from_s))
     }
@@ -697,15 +702,17 @@ fn of_change(error: &ChangeError, changes: &[OneChange]) -> Refusal {
     let place = match (code, drone) {
         (Code::Time | Code::ClockBack, _) => "params.at_s".to_owned(),
         (_, None) => "params.changes".to_owned(),
-        (_, Some(name)) => {
-            // Of one that is named twice the second is meant.
-            let last = changes.iter().rposition(|it| name_of(it) == name);
-            last.map_or("params.changes".to_owned(), |it| {
-                format!("params.changes[{it}]")
-            })
-        }
+        (_, Some(name)) => place_of(name, changes),
     };
     refusal(code, place, error.to_string())
+}
+
+/// Of a drone's change in a request; of one that is named twice the second is meant.
+fn place_of(name: &str, changes: &[OneChange]) -> String {
+    let last = changes.iter().rposition(|it| name_of(it) == name);
+    last.map_or("params.changes".to_owned(), |it| {
+        format!("params.changes[{it}]")
+    })
 }
 
 fn name_of(change: &OneChange) -> &str {
