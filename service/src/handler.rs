@@ -153,13 +153,18 @@ impl Service {
                 at_s,
                 changes,
             } => {
-                let change = Change {
-                    revision: revision.saturating_sub(1),
-                    at_s,
-                    changes,
-                    time_limit_s: None,
-                };
-                self.change(change, &|| 0.0).map(|_| ()).map_err(told)
+                // Its time was held against positions that no journal keeps.
+                let flown = self.flown().map_err(told)?;
+                if revision != flown.revision + 1 {
+                    let now = flown.revision;
+                    let what = format!("revision {revision} does not follow revision {now}");
+                    return Err(ReplayError(what));
+                }
+                let limit = Limit::new(None, &|| 0.0).map_err(told)?;
+                flown
+                    .replan(at_s, changes, &limit)
+                    .map(|_| ())
+                    .map_err(told)
             }
             Record::Closed => self.close().map(|_| ()).map_err(told),
         }
@@ -331,6 +336,10 @@ impl Service {
     }
 }
 
+/// Longest time from one time told to the next (s): a day. Chosen here: a clock that leaps further
+/// is wrong, and times never go back from what was believed.
+const LONGEST_LEAP_S: f64 = 86_400.0;
+
 /// What positions say of the drones.
 struct Sighting {
     late: Vec<OneChange>,
@@ -349,6 +358,13 @@ impl Flown {
         if at_s < self.clock_s {
             let message = format!("at {at_s:.2} s, and {:.2} s was told before", self.clock_s);
             return refused(Code::ClockBack, "params.at_s", message);
+        }
+        if at_s - self.clock_s > LONGEST_LEAP_S {
+            let message = format!(
+                "at {at_s:.2} s is more than a day after {:.2} s, which was told last",
+                self.clock_s
+            );
+            return refused(Code::Time, "params.at_s", message);
         }
         Ok(())
     }

@@ -212,7 +212,7 @@ fn a_torn_last_line_is_dropped_with_a_remark_and_a_broken_one_before_it_is_refus
         ),
         (
             text.replacen("\"revision\":3", "\"revision\":4", 1),
-            "line 4: revision 3 of a plan at revision 2",
+            "line 4: revision 4 does not follow revision 2",
         ),
         (
             text.replacen("serve/1", "serve/9", 1),

@@ -161,6 +161,11 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
             "params.changes",
         ),
         (
+            state(1e5, "left", [2.5, 2.5, 1.5]).to_string(),
+            Code::Time,
+            "params.at_s",
+        ),
+        (
             state(1.0, "left", [2.5, 2.5, 1.5]).to_string(),
             Code::ClockBack,
             "params.at_s",
@@ -335,4 +340,23 @@ fn a_plan_that_is_handed_in_is_verified() {
     assert_eq!(refused.code, Code::NotVerified, "{refused:?}");
     let taken = tell(&mut service, &open(plan)).answer;
     assert_eq!(taken.error, None);
+}
+
+#[test]
+fn a_change_days_after_the_last_one_is_replayed_without_the_positions_in_between() {
+    let mut service = opened();
+    let whole = tell(&mut service, &json!({"method": "plan"})).answer;
+    let plan = serde_json::to_value(whole.result.unwrap()).unwrap()["plan"].take();
+    for at_s in [80_000.0, 160_000.0] {
+        let told = tell(&mut service, &state(at_s, "left", [20.5, 2.5, 1.5]));
+        assert_eq!((told.answer.error, told.record), (None, None));
+    }
+    let back = json!([{"retask": {"drone": "left", "tasks": [{"to_m": [2.5, 2.5, 1.5]}]}}]);
+    let told = tell(&mut service, &change(1, 160_001.0, &back));
+    assert_eq!(told.answer.error, None);
+    let mut again = Service::default();
+    let scenario = PAIR.to_owned();
+    again.replay(Record::Opened { scenario, plan }).unwrap();
+    again.replay(told.record.unwrap()).unwrap();
+    assert_eq!(plan_text(&mut again), plan_text(&mut service));
 }
