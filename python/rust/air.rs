@@ -1,7 +1,7 @@
 //! The air below one hovering drone, and what another makes of it.
 
 use airflow::separation;
-use airflow::{Airframe, DiscPoints, Jet, Source, Superposition, Wake, mean_over_discs_mps};
+use airflow::{Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::{Point3, Vector3};
 use numpy::ndarray::{Array1, Array2, ArrayView1};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -14,7 +14,6 @@ pub(crate) struct Air {
     airframe: Airframe,
     mass_kg: f64,
     wake: Wake,
-    discs: DiscPoints,
     density_kg_per_m3: f64,
 }
 
@@ -56,7 +55,6 @@ impl Air {
         }
         let density_kg_per_m3 = air.density_kg_per_m3();
         Ok(Air {
-            discs: airframe.disc_points(),
             wake: Wake::new(&airframe, mass_kg, density_kg_per_m3, &Jet::default()),
             density_kg_per_m3,
             airframe,
@@ -119,14 +117,10 @@ impl Air {
             position_m: Point3::origin(),
             ends_at_z_m: f64::NEG_INFINITY,
         };
+        let discs = receiver.airframe.disc_points();
         let mean_mps = |offset_m: &Vector3<f64>| {
             let centre_m = Point3::from(*offset_m);
-            mean_over_discs_mps(
-                &[source],
-                &receiver.discs,
-                centre_m,
-                Superposition::Momentum,
-            )
+            mean_over_discs_mps(&[source], &discs, centre_m, Superposition::Momentum)
         };
         let means: Array1<f64> = vectors(&offsets_m)?.iter().map(mean_mps).collect();
         Ok(means.into_pyarray(py))

@@ -23,8 +23,7 @@ pub(crate) fn scenario(
     let entry = |problem: &planner::scenario::Problem| {
         let cited = problem.cited.as_deref();
         let file = cited.map_or(name, |it| it.file.as_str());
-        let text = cited.map_or(text, |it| it.text.as_str());
-        let place = problem.span.as_ref().map(|span| place(text, span.start));
+        let place = problem.line_column(text);
         json!({
             "message": problem.message,
             "file": file,
@@ -37,18 +36,6 @@ pub(crate) fn scenario(
     };
     let entries: Vec<Value> = problems.iter().map(entry).collect();
     refused(py, "ScenarioError", &problems.to_string(), &entries)
-}
-
-/// Line and column, from 1, of a byte of a text; columns count characters.
-fn place(text: &str, at: usize) -> (usize, usize) {
-    let before = &text.as_bytes()[..at.min(text.len())];
-    let line = before.iter().filter(|it| **it == b'\n').count() + 1;
-    let begins = before
-        .iter()
-        .rposition(|it| *it == b'\n')
-        .map_or(0, |it| it + 1);
-    let column = String::from_utf8_lossy(&before[begins..]).chars().count() + 1;
-    (line, column)
 }
 
 /// What is wrong with a recording, each at its file and line.

@@ -14,9 +14,8 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::message::{
-    Add, Answer, AtEnd, AtStart, Change, Changed, Closed, Code, Id, Late, MOST_BYTES, MOST_CHANGES,
-    MOST_DRONES, OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen, State, Task,
-    Told, Whole,
+    Add, Answer, Change, Changed, Closed, Code, Id, Late, MOST_BYTES, MOST_CHANGES, MOST_DRONES,
+    OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen, State, Task, Told, Whole,
 };
 use crate::off_plan::{self, OffPlan};
 
@@ -463,8 +462,7 @@ impl Flown {
             refusals.collect::<Refusals>()
         })?;
         limit.check()?;
-        // Whole hundredths, rounded up, as the planner counts.
-        let from_s = (at_s * 100.0).ceil() / 100.0;
+        let from_s = told.from_s;
         let plan = self.running.plan();
         let is_new = |it: &&Violation| {
             it.until_s.is_none_or(|until_s| until_s >= from_s)
@@ -483,10 +481,11 @@ impl Flown {
             });
             return Err(new.into_iter().chain(out).collect());
         }
-        Ok(self.patch(told, from_s))
+        Ok(self.patch(told))
     }
 
-    fn patch(&self, told: Replanned, from_s: f64) -> Patch {
+    fn patch(&self, told: Replanned) -> Patch {
+        let from_s = told.from_s;
         let plan = self.running.plan();
         let changed = told.changed.into_iter().filter_map(|it| {
             let entry = plan.drones.iter().find(|entry| entry.name == it.drone)?;
@@ -494,11 +493,7 @@ impl Flown {
                 drone: it.drone,
                 cause: it.cause,
                 trajectory: rest(&entry.trajectory, from_s),
-                at_end: match entry.at_end {
-                    plan::AtEnd::Hover => AtEnd::Hover,
-                    plan::AtEnd::Land => AtEnd::Land,
-                    plan::AtEnd::Leave => AtEnd::Leave,
-                },
+                at_end: entry.at_end,
             })
         });
         Patch {
@@ -552,16 +547,9 @@ impl Flown {
         Some(world::Drone {
             name: it.drone.clone(),
             start_m: it.start_m.into(),
-            at_start: match it.at_start {
-                AtStart::Hover => plan::AtStart::Hover,
-                AtStart::Landed => plan::AtStart::Landed,
-            },
+            at_start: it.at_start,
             tasks: tasks(&it.tasks),
-            at_end: match it.at_end {
-                AtEnd::Hover => plan::AtEnd::Hover,
-                AtEnd::Land => plan::AtEnd::Land,
-                AtEnd::Leave => plan::AtEnd::Leave,
-            },
+            at_end: it.at_end,
             ..like.clone()
         })
     }
@@ -742,16 +730,11 @@ fn name_of(change: &OneChange) -> &str {
 
 /// What is wrong with a scenario, each at its line and column, from 1.
 fn of_scenario(text: &str, Problems(problems): Problems) -> Refusals {
-    let place = |at: usize| {
-        let before = text.get(..at).unwrap_or(text);
-        let line = before.matches('\n').count() + 1;
-        let last = before.rsplit('\n').next().unwrap_or_default();
-        format!("params.scenario:{line}:{}", last.chars().count() + 1)
-    };
     let told = problems.into_iter().map(|it| {
-        let place = it
-            .span
-            .map_or("params.scenario".to_owned(), |span| place(span.start));
+        let place = match it.line_column(text) {
+            Some((line, column)) => format!("params.scenario:{line}:{column}"),
+            None => "params.scenario".to_owned(),
+        };
         let help = it.help.map(|help| format!("; {help}")).unwrap_or_default();
         refusal(Code::Scenario, place, it.message + &help)
     });

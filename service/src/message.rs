@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use planner::Plan;
-use planner::plan::{TrajectoryEntry, Unplanned, Violation};
+use planner::plan::{AtEnd, AtStart, EndWord, StartWord, TrajectoryEntry, Unplanned, Violation};
 use planner::replan::rolling::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -127,12 +127,14 @@ pub struct Add {
     pub start_m: [f64; 3],
     /// How it starts.
     #[serde(default)]
+    #[schemars(with = "StartWord")]
     pub at_start: AtStart,
     /// What it does, in order.
     #[serde(default)]
     pub tasks: Vec<Task>,
     /// What it does after that.
     #[serde(default)]
+    #[schemars(with = "EndWord")]
     pub at_end: AtEnd,
 }
 
@@ -166,30 +168,6 @@ pub struct Task {
     /// Payload from arrival on (kg); left out: unchanged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_kg: Option<f64>,
-}
-
-/// How a drone starts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum AtStart {
-    /// In the air.
-    #[default]
-    Hover,
-    /// On the ground.
-    Landed,
-}
-
-/// What a drone does after its last task.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum AtEnd {
-    /// Stays in the air.
-    #[default]
-    Hover,
-    /// Lands below.
-    Land,
-    /// Body and wake vanish.
-    Leave,
 }
 
 /// Where drones are.
@@ -282,6 +260,7 @@ pub struct Changed {
     /// All that it still flies, from the last break point at or before `from_s` on.
     pub trajectory: TrajectoryEntry,
     /// What it does after that.
+    #[schemars(with = "EndWord")]
     pub at_end: AtEnd,
 }
 
@@ -398,8 +377,8 @@ pub enum Record {
 }
 
 /// The JSON schema of every message: what goes in, what comes out, and what a journal keeps.
-pub fn schema() -> serde_json::Value {
-    serde_json::json!({
+pub fn schema() -> schemars::Schema {
+    schemars::json_schema!({
         "protocol": PROTOCOL,
         "message": schemars::schema_for!(Message),
         "answer": schemars::schema_for!(Answer),

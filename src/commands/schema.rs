@@ -30,12 +30,11 @@ enum Which {
 /// Prints one JSON object. Of a scenario `defaults` and `presets` come first, for readers; the rest
 /// is the schema itself, for editors.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let text = match arguments.of {
-        Which::Scenario => files::json_pretty(&planner::scenario::schema()),
-        Which::Plan => files::json_pretty(&planner::plan::file::schema()),
-        Which::Flight => files::json_pretty(&flight::report::schema()),
-        Which::Serve => files::json_pretty(&service::message::schema()),
-    };
-    print(&text)?;
+    print(&files::json_pretty(&match arguments.of {
+        Which::Scenario => planner::scenario::schema(),
+        Which::Plan => planner::plan::file::schema(),
+        Which::Flight => flight::report::schema(),
+        Which::Serve => service::message::schema(),
+    }))?;
     Ok(Answer::Yes)
 }

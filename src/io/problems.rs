@@ -38,16 +38,10 @@ pub(crate) fn draw(problems: &[Problem], path: &str, text: &str, colour: bool) -
 
 /// Where a problem is, in a few words.
 fn place(problem: &Problem, text: &str) -> String {
-    let (text, of) = match &problem.cited {
-        Some(cited) => (cited.text.as_str(), format!(" of {}", cited.file)),
-        None => (text, String::new()),
-    };
-    match &problem.span {
-        Some(span) => {
-            let before = &text.as_bytes()[..span.start.min(text.len())];
-            let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-            format!("line {line}{of}")
-        }
+    let of = problem.cited.as_ref();
+    let of = of.map_or(String::new(), |cited| format!(" of {}", cited.file));
+    match problem.line_column(text) {
+        Some((line, _)) => format!("line {line}{of}"),
         None => problem.message.clone(),
     }
 }

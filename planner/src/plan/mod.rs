@@ -395,20 +395,20 @@ pub struct DronePlan {
     pub may_be_late_s: Option<f64>,
 }
 
-/// As a plan writes [`AtStart`].
+/// [`AtStart`] as a plan writes it, for schemas alone.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "snake_case")]
-#[expect(dead_code, reason = "for the schema alone")]
-enum StartWord {
+#[expect(missing_docs, reason = "those of the other")]
+pub enum StartWord {
     Hover,
     Landed,
 }
 
-/// As a plan writes [`AtEnd`].
+/// [`AtEnd`] as a plan writes it, for schemas alone.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "snake_case")]
-#[expect(dead_code, reason = "for the schema alone")]
-enum EndWord {
+#[expect(missing_docs, reason = "those of the other")]
+pub enum EndWord {
     Hover,
     Land,
     Leave,

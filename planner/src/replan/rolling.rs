@@ -90,6 +90,8 @@ pub struct Running {
 /// What became of some changes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Replanned {
+    /// The moment of the changes: `at_s` rounded up to whole hundredths of a second (s).
+    pub from_s: f64,
     /// The drones that have another trajectory now, in the order of the plan.
     pub changed: Vec<Changed>,
     /// The drones without a path, in the order of the plan: one that was given another task goes on
@@ -235,6 +237,7 @@ impl Running {
         };
         let unavoidable = self.plan.violations.iter().filter(early).cloned().collect();
         Ok(Replanned {
+            from_s: at.seconds(),
             unavoidable,
             ..told
         })

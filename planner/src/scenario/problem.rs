@@ -33,6 +33,17 @@ pub struct Cited {
 }
 
 impl Problem {
+    /// Line and column of the place, from 1, in the scenario's text or, where one is cited, in that
+    /// file; columns count characters.
+    #[must_use]
+    pub fn line_column(&self, text: &str) -> Option<(usize, usize)> {
+        let text = self.cited.as_ref().map_or(text, |it| &it.text).as_bytes();
+        let before = &text[..self.span.as_ref()?.start.min(text.len())];
+        let line = before.iter().filter(|it| **it == b'\n').count() + 1;
+        let last = before.rsplit(|it| *it == b'\n').next().unwrap_or_default();
+        Some((line, String::from_utf8_lossy(last).chars().count() + 1))
+    }
+
     /// A problem at a place in the text (bytes).
     pub(super) fn at(span: &Range<usize>, message: impl Into<String>) -> Problem {
         Problem {

@@ -111,7 +111,7 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
             "params.at_s",
         ),
         (
-            change(2, 3.0, &late("nobody", json!(1))).to_string(),
+            change(2, 3.0, &late("absent", json!(1))).to_string(),
             Code::UnknownDrone,
             "params.changes[0]",
         ),
@@ -171,9 +171,9 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
             "params.at_s",
         ),
         (
-            state(3.0, "nobody", [2.5, 2.5, 1.5]).to_string(),
+            state(3.0, "absent", [2.5, 2.5, 1.5]).to_string(),
             Code::UnknownDrone,
-            "params.drones.nobody",
+            "params.drones.absent",
         ),
         (
             state(3.0, "left", [102.5, 2.5, 1.5]).to_string(),
@@ -197,7 +197,7 @@ fn all_that_is_wrong_with_a_request_is_told_at_once() {
     let mut service = opened();
     let changes = json!([
         {"late": {"drone": "left", "by_s": -1}},
-        {"remove": {"drone": "nobody"}},
+        {"remove": {"drone": "absent"}},
     ]);
     let error = tell(&mut service, &change(1, 2.0, &changes))
         .answer
@@ -222,6 +222,19 @@ fn a_scenario_s_errors_stand_at_their_lines() {
             .iter()
             .any(|it| it.place.starts_with("params.scenario:6:"))
     );
+}
+
+#[test]
+fn a_patch_begins_at_the_hundredth_from_which_the_planner_changed_it() {
+    // 1.1 in hundredths is a little above 110, 2.301 is on its way to 231.
+    for (at_s, from_s) in [(1.1, 1.1), (2.301, 2.31)] {
+        let late = json!([{"late": {"drone": "left", "by_s": 0.5}}]);
+        let told = tell(&mut opened(), &change(1, at_s, &late)).answer;
+        let Some(Told::Patch(patch)) = told.result else {
+            panic!("{told:?}")
+        };
+        assert_eq!(patch.from_s, from_s);
+    }
 }
 
 #[test]
