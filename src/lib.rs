@@ -61,7 +61,7 @@ enum Command {
     /// Plan a scenario for each value of one setting: sum of costs, exposure, drones planned
     Sweep(sweep::Arguments),
     /// Keep a plan that is being flown, and change it by messages: JSON Lines on standard input and
-    /// output
+    /// output, or HTTP
     Serve(serve::Arguments),
     /// Print the fields of a scenario, a plan, a flight or a message, with units and defaults as
     /// JSON Schema

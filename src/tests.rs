@@ -1,5 +1,6 @@
 //! Plans for the tests of what is printed and drawn.
 
+use planner::scenario::world::PathMotion;
 use planner::{Control, Plan, World, read_world};
 
 /// Four drones, two shelves, a column and a desk; plausible, unverified.
@@ -7,10 +8,13 @@ pub(crate) fn warehouse() -> Plan {
     serde_json::from_str(include_str!("sample.json")).expect("a plan")
 }
 
-/// Many drones in an empty hall.
+/// Many drones in an empty hall, in straight motion with quasi-static wakes.
 pub(crate) fn hall(drones: usize) -> Plan {
     let text = tools::instances::Floor::Hall.scenario(drones, 1);
-    let outcome = planner::plan_world(&world(&text.expect("they fit")), &Control::QUIET);
+    let mut world = world(&text.expect("they fit"));
+    world.convection = None;
+    world.planning.motion = PathMotion::Straight;
+    let outcome = planner::plan_world(&world, &Control::QUIET);
     let planned = outcome.expect("in order").into_planned();
     planned.expect("a plan").plan
 }

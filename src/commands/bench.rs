@@ -44,6 +44,9 @@ pub(crate) struct Arguments {
     /// Leave out the plans that ignore downwash; they are not timed, but take their time
     #[arg(long)]
     without_contrast: bool,
+    /// Plan in straight motion with quasi-static wakes from the start, as crowded floors are
+    #[arg(long)]
+    relaxed: bool,
     /// How to print: Markdown, or JSON with every single run
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -91,7 +94,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 fn plan(one: &Instance) -> Result<Figures, Failure> {
     let text = one.place.scenario(one.drones, one.seed)?;
     let no_files = |file: &str| Err(format!("there is no {file}"));
-    let world = read_text(one.place.name(), &text, None, &no_files)?;
+    let mut world = read_text(one.place.name(), &text, None, &no_files)?;
+    if one.relaxed {
+        world = world.relaxed().unwrap_or(world);
+    }
     use_threads(one.jobs)?;
     let watch = Watch::start(one.time_limit);
     let cut_short = AtomicBool::new(false);
@@ -118,14 +124,14 @@ fn plan(one: &Instance) -> Result<Figures, Failure> {
     if let (Some(planned), true) = (&mut planned, one.contrast) {
         let watch = Watch::start(one.time_limit);
         planned.plan.ignoring_downwash = planner::contrast(
-            &world,
+            &world.ruled_as(&planned.plan),
             &Control {
                 stop: &|| watch.stop(),
                 ..Control::QUIET
             },
         );
     }
-    Ok(Figures::of(planned.as_ref(), world.drones.len(), measured))
+    Ok(Figures::of(planned.as_ref(), one.drones, measured))
 }
 
 impl Arguments {
@@ -137,6 +143,7 @@ impl Arguments {
             time_limit: self.time_limit,
             jobs: self.jobs,
             contrast: !self.without_contrast,
+            relaxed: self.relaxed,
         }
     }
 }

@@ -83,6 +83,8 @@ struct Printed<'a> {
     /// `safe`, `partial`, `unsafe` or `blocked`.
     status: &'static str,
     plan: Option<&'a Plan>,
+    /// What a reader of the plan should know: how cells were chosen, which rules were given up.
+    notes: Vec<&'a str>,
     conflicts: Vec<ConflictEntry>,
     /// How many more endpoints exclude one another.
     more_conflicts: usize,
@@ -92,9 +94,7 @@ struct Printed<'a> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut world = read_world(&arguments.scenario, arguments.finding.as_deref())?;
-    if !world.notes.is_empty() {
-        tell(problems::draw_notes(&world.notes, problems::colour_on_stderr()).trim_end());
-    }
+    tell_notes(&world.notes);
     if let Some(seed) = arguments.seed {
         world.planning.seed = seed;
     }
@@ -119,6 +119,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         | Outcome::Partial(mut planned)
         | Outcome::Unsafe(mut planned) => {
             let durations = watch.finish();
+            tell_notes(&planned.notes);
             tell_lateness(&mut planned.plan);
             return deliver(arguments, &out, &world, &planned, &durations);
         }
@@ -152,6 +153,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::No)
 }
 
+/// Prints what a reader of a plan should know, on standard error.
+fn tell_notes(notes: &[String]) {
+    if !notes.is_empty() {
+        tell(problems::draw_notes(notes, problems::colour_on_stderr()).trim_end());
+    }
+}
+
 /// Writes into the plan of a small fleet that is in order how late each drone may be: of a larger
 /// one that takes too long beside planning.
 fn tell_lateness(plan: &mut Plan) {
@@ -177,6 +185,9 @@ fn deliver(
     let mut printed = Printed {
         status: plan.status.as_str(),
         plan: Some(plan),
+        notes: (world.notes.iter().chain(&planned.notes))
+            .map(String::as_str)
+            .collect(),
         conflicts: conflicts::describe_all(&planned.conflicts, world),
         more_conflicts: planned.conflicts.more,
         timing: Some(Timing::of(durations, effort)),

@@ -48,6 +48,7 @@ fn world(drones: Vec<Drone>) -> World {
         drones,
         notes: Vec::new(),
         planning: Planning {
+            motion: planner::scenario::world::PathMotion::Straight,
             cell_m: 1.0,
             clearance_m: 0.1,
             seed: 0,

@@ -336,6 +336,8 @@ fn plans() -> Vec<Plan> {
     };
     let planned = |text: &str| {
         let world = planner::read_world_with(text, &Files::new(&files)).expect("in order");
+        // Advected wakes are those of the finding.
+        let world = crate::straight_and_quasi_static(world);
         let outcome = planner::plan_world(&world, &Control::QUIET).expect("in order");
         outcome.into_planned().expect("a plan").plan
     };

@@ -23,7 +23,8 @@ fn passing(below_m: f64, beside_m: f64) -> PlanFile {
         ],
     });
     let plan = json!({
-        "format": "plan/1", "scenario": "passing",
+        "format": "plan/2", "scenario": "passing",
+        "quasi_static": false, "air_delay": {"convection": [0.6, 1.0]},
         "bounds_m": {"min": [0, 0, 0], "max": [40, 20, 8]},
         "drones": [
             drone("above", json!({"t_s": [0, 10], "position_m": [[5, 5, 4], [5, 5, 4]]})),

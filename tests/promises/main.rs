@@ -46,9 +46,20 @@ mod wakes;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use ::planner::World;
+use ::planner::scenario::world::{PathMotion, Relaxable};
+
 /// How many samples: the second with the feature `long`, for which a machine has half an hour.
 const fn samples<T: Copy>(short: T, long: T) -> T {
     if cfg!(feature = "long") { long } else { short }
+}
+
+/// A world whose plans are straight, with quasi-static wakes.
+fn straight_and_quasi_static(mut world: World) -> World {
+    world.convection = None;
+    world.planning.motion = PathMotion::Straight;
+    world.planning.relaxable = Relaxable::default();
+    world
 }
 
 /// The command in a folder: exit code, what it printed, what it said of errors and notes.

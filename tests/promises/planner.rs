@@ -36,7 +36,7 @@ fn planned(world: &World) -> Plan {
 /// with the side.
 fn packed(drones: usize, seed: u64, side: usize, [every, goals_on]: [usize; 2]) -> World {
     let text = tools::instances::hall(drones, seed).unwrap();
-    let mut world = planner::read_world(&text).unwrap();
+    let mut world = super::straight_and_quasi_static(planner::read_world(&text).unwrap());
     let place = |index: usize, on: usize| {
         let column = (index * every + on) % (side * side);
         [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]

@@ -49,9 +49,9 @@ fn the_table_has_a_row_for_every_place_and_size_and_says_how_to_get_it_again() {
         .flat_map(|place| sizes.map(|size| (*place, size)));
     assert_eq!(asked, all.collect::<Vec<_>>());
     for row in &rows {
-        assert_eq!(row.len(), 14, "{row:?}");
-        assert_eq!(row[3], "3 of 3", "{row:?}");
-        for figure in [4, 5, 6, 7, 8, 9, 10] {
+        assert_eq!(row.len(), 15, "{row:?}");
+        assert_eq!((&*row[3], &*row[4]), ("smooth, advected", "3 of 3"));
+        for figure in [5, 6, 7, 8, 9, 10, 11] {
             assert!(row[figure].parse::<f64>().is_ok(), "{row:?}");
         }
     }
@@ -81,7 +81,7 @@ fn a_fleet_that_is_not_planned_in_time_keeps_its_row_and_the_answer_is_no() {
     assert_eq!(code, 1, "{printed}");
     let rows = rows(&printed);
     assert_eq!(rows.len(), 1);
-    assert!(rows[0][3].starts_with("0 of 1; seed 1: "), "{printed}");
+    assert!(rows[0][4].starts_with("0 of 1; seed 1: "), "{printed}");
     assert!(printed.contains("without N = 20"), "{printed}");
 }
 

@@ -292,7 +292,8 @@ impl Agent {
     /// Works out how long its path is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.remaining(roadmap, 0, self.start);
-        if !self.waypoints.is_empty() && self.begun.is_empty() {
+        let moves = |first: &Waypoint| first.distances.goal() != self.start;
+        if self.waypoints.first().is_some_and(moves) && self.begun.is_empty() {
             self.alone_ticks = add(self.alone_ticks, self.lead_ticks());
         }
         let held = self.ends_from(0).0.saturating_sub(self.departs.0);

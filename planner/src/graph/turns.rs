@@ -5,7 +5,7 @@
 //! a wherever the velocities of any T₁ of the path differ by at most a T₁, which is the highest
 //! speed or more; jerk is at most 2a/T₂ = j then.
 
-use costmap::leg::{Leg, Tick};
+use costmap::leg::{KindId, Leg, Tick};
 use nalgebra::{Point3, Vector3};
 
 use crate::graph::lattice::{Lattice, NEIGHBOURS};
@@ -134,8 +134,8 @@ impl Smoothing {
         };
         let clear = |k: u32| {
             let ends_m = [at_m(k), at_m(k + 1)];
-            let clear_m = solids.segment_clearance_m(ends_m[0], ends_m[1], radius_m + 1.0);
-            clear_m >= radius_m
+            // What is farther away is not looked at.
+            solids.segment_clearance_m(ends_m[0], ends_m[1], radius_m) >= radius_m
         };
         (0..CORNER_CHORDS).all(clear)
     }
@@ -186,13 +186,16 @@ impl Smoothing {
                 false => (pair[1].start.after(lead), false),
             })
             .collect();
+        // It is loaded and unloaded once it stands.
+        let loads: Vec<(Tick, KindId)> = (legs.windows(2))
+            .filter(|pair| pair[0].kind != pair[1].kind)
+            .map(|pair| (pair[1].start.after(lead), pair[1].kind))
+            .collect();
         let mut ticks: Vec<Tick> = vec![first.start];
-        for pair in legs.windows(2) {
-            if pair[0].kind != pair[1].kind || !inside(pair[1].start) {
-                ticks.push(pair[1].start);
-            }
-        }
+        let starts = legs.iter().skip(1).map(|leg| leg.start);
+        ticks.extend(starts.filter(|start| !inside(*start)));
         ticks.extend(switches.iter().map(|(at, _)| *at));
+        ticks.extend(loads.iter().map(|(at, _)| *at));
         for (at, _) in &changes {
             let from = at.before(lead);
             let whole = at.after(lead).0 - from.0;
@@ -220,12 +223,14 @@ impl Smoothing {
                 None => places.at_m(last.end),
             };
             let switched = switches.iter().rfind(|(at, _)| *at <= start);
+            let loaded = loads.iter().rfind(|(at, _)| *at <= start);
             flown.push(Leg {
                 start,
                 end: leg_end,
                 from_m,
                 to_m,
                 flying: switched.map_or(first.flying, |(_, flying)| *flying),
+                kind: loaded.map_or(first.kind, |(_, kind)| *kind),
                 ..whole
             });
             from_m = to_m;

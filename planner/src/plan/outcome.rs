@@ -36,6 +36,8 @@ pub struct Planned {
     pub conflicts: EndpointConflicts,
     /// What the search did.
     pub effort: Effort,
+    /// What a reader of the plan should know beside it: rules given up that the world leaves open.
+    pub notes: Vec<String>,
 }
 
 /// A drone without a path.

@@ -80,7 +80,8 @@ impl Kernel {
 
     /// What is flown of a path of straight pieces that begins at rest for at least
     /// [`Kernel::half_s`]; it ends as much after the last change of velocity, if the path does not.
-    /// Masses step where they do in the path. `None`: it does not begin at rest.
+    /// Masses step [`Kernel::half_s`] after they do in the path, once what is flown stands where
+    /// the path does. `None`: it does not begin at rest.
     pub fn smooth(&self, path: &TrajectoryEntry) -> Option<TrajectoryEntry> {
         let changes = changes(path);
         let (first_s, last_s) = (*path.t_s.first()?, *path.t_s.last()?);
@@ -90,10 +91,12 @@ impl Kernel {
         if begins.at_s - self.half_s() < first_s - SAME_TIME_S {
             return None;
         }
-        let last_s = last_s.max(ends.at_s + self.half_s());
+        let masses = self.masses(path);
+        let stepped_s = masses.last().map_or(last_s, |(at_s, _)| *at_s);
+        let last_s = last_s.max(ends.at_s + self.half_s()).max(stepped_s);
+        let mut masses = masses.into_iter().peekable();
         let mut flown = TrajectoryEntry::default();
         let mut before: Option<(f64, Point3<f64>, Vector3<f64>)> = None;
-        let mut masses = path.t_s.iter().zip(&path.mass_kg).peekable();
         let mut mass_kg = *path.mass_kg.first()?;
         for t_s in self.cuts_s(path, &changes, last_s) {
             let (place_m, velocity_mps) = self.at(path, &changes, t_s)?;
@@ -110,8 +113,8 @@ impl Kernel {
                     .control_m
                     .push(if bends { inner_m() } else { Vec::new() });
             }
-            while let Some((_, kg)) = masses.next_if(|(at_s, _)| **at_s <= t_s + ONE_POINT_S) {
-                mass_kg = *kg;
+            while let Some((_, kg)) = masses.next_if(|(at_s, _)| *at_s <= t_s + ONE_POINT_S) {
+                mass_kg = kg;
             }
             flown.t_s.push(t_s);
             flown.position_m.push(place_m);
@@ -119,6 +122,15 @@ impl Kernel {
             before = Some((t_s, place_m, velocity_mps));
         }
         Some(flown)
+    }
+
+    /// When what is flown of a path has another mass (s), and which (kg).
+    fn masses(&self, path: &TrajectoryEntry) -> Vec<(f64, f64)> {
+        let steps = path.t_s.windows(2).zip(path.mass_kg.windows(2));
+        let steps = steps.filter(|(_, kg)| kg[0] != kg[1]);
+        steps
+            .map(|(t_s, kg)| (t_s[1] + self.half_s(), kg[1]))
+            .collect()
     }
 
     /// The times between which what is flown is one polynomial, those at which the mass changes and
@@ -134,7 +146,13 @@ impl Kernel {
         };
         let kept = path.t_s.iter().copied().filter(|at_s| !turns(at_s));
         let mut cuts_s: Vec<f64> = changes.iter().flat_map(of_change).chain(kept).collect();
+        cuts_s.extend(self.masses(path).iter().map(|(at_s, _)| *at_s));
         cuts_s.extend([path.t_s[0], last_s]);
+        // A change that begins with the path may by rounding begin before it.
+        let begins_s = path.t_s[0];
+        cuts_s
+            .iter_mut()
+            .for_each(|at_s| *at_s = at_s.max(begins_s));
         cuts_s.sort_by(f64::total_cmp);
         cuts_s.dedup_by(|b, a| *b - *a <= ONE_POINT_S);
         cuts_s
@@ -193,12 +211,14 @@ impl Kernel {
         let (first_s, last_s) = (*flown.t_s.first()?, *flown.t_s.last()?);
         let steps = (1..flown.t_s.len()).filter(|&k| flown.mass_kg[k] != flown.mass_kg[k - 1]);
         let mut t_s: Vec<f64> = changes.iter().map(|it| it.at_s).collect();
-        t_s.extend(steps.map(|k| flown.t_s[k]).chain([first_s, last_s]));
+        let steps_s = steps.map(|k| (flown.t_s[k] - self.half_s()).max(first_s));
+        t_s.extend(steps_s.chain([first_s, last_s]));
         t_s.sort_by(f64::total_cmp);
         t_s.dedup_by(|b, a| *b - *a <= ONE_POINT_S);
         let mut path = TrajectoryEntry::default();
         for at_s in t_s {
-            let begun = flown.t_s.partition_point(|it| *it <= at_s + ONE_POINT_S);
+            let has_s = at_s + self.half_s() + ONE_POINT_S;
+            let begun = flown.t_s.partition_point(|it| *it <= has_s);
             let mut place_m = flown.position_m(at_s)?;
             for Change { at_s: of_s, by_mps } in self.under_way(&changes, at_s) {
                 place_m -= by_mps * self.deviation_s(at_s - of_s);
@@ -414,6 +434,12 @@ mod tests {
         assert_eq!(kernel.smooth(&moves), None);
         let stands = path(&[(0.0, [0.0; 3])]);
         assert_eq!(kernel.smooth(&stands), Some(stands));
+        // Half of this kernel's time is 0.82 s but for the last digit.
+        let rounds = Kernel::new(4.96, 4.0, 20.0);
+        let at_once = path(&[(0.0, [0.0; 3]), (0.82, [0.0; 3]), (2.0, [0.0, 0.0, 1.0])]);
+        assert!(rounds.half_s() > 0.82);
+        let flown = rounds.smooth(&at_once).expect("it begins at rest");
+        assert_eq!(flown.t_s[0], 0.0);
         let (last_s, end_s) = (2.0, 2.0 + kernel.half_s());
         let stops_late = path(&[(0.0, [0.0; 3]), (1.0, [0.0; 3]), (last_s, [1.0, 0.0, 0.0])]);
         let flown = kernel.smooth(&stops_late).expect("it begins at rest");

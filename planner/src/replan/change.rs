@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Point3;
 use thiserror::Error;
 
+use crate::plan::AtEnd;
 use crate::scenario::WorldError;
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
@@ -34,6 +36,14 @@ pub enum Change {
         /// From now on. What it does after the last stays as the scenario says.
         tasks: Vec<Task>,
     },
+    /// A drone drops what it still had to do, and lands.
+    Landed {
+        /// Its name.
+        drone: String,
+        /// Over which place (m); it comes down from there. `None`, of a drone that stands on the
+        /// ground: it stays there.
+        over_m: Option<Point3<f64>>,
+    },
 }
 
 impl Change {
@@ -42,7 +52,8 @@ impl Change {
         match self {
             Change::Late { drone, .. }
             | Change::Removed { drone }
-            | Change::Retasked { drone, .. } => drone,
+            | Change::Retasked { drone, .. }
+            | Change::Landed { drone, .. } => drone,
             Change::Added(drone) => &drone.name,
         }
     }
@@ -108,6 +119,17 @@ pub enum ChangeError {
     },
 }
 
+/// What a drone does before it lands.
+pub(super) fn landing(over_m: Option<Point3<f64>>) -> Vec<Task> {
+    let task = |to_m| Task {
+        to_m,
+        dwell_s: 0.0,
+        load_kg: None,
+        during_s: None,
+    };
+    over_m.map(task).into_iter().collect()
+}
+
 /// All that is wrong with these changes at a moment (s), on a roadmap for bodies of a radius (m);
 /// `is_there` says which drones can still be changed.
 pub(super) fn problems(
@@ -157,6 +179,15 @@ pub(super) fn problems(
                     at_start: AtStart::Hover,
                     ..known.clone()
                 });
+            }
+            (Change::Landed { over_m, .. }, Some(index)) => {
+                placed.extend(over_m.map(|over_m| Drone {
+                    tasks: landing(Some(over_m)),
+                    start_m: over_m,
+                    at_start: AtStart::Hover,
+                    at_end: AtEnd::Land,
+                    ..world.drones[index].clone()
+                }));
             }
             _ => {}
         }

@@ -29,7 +29,7 @@ use crate::replan::{GivenError, given};
 use crate::scenario::world::World;
 use crate::solver::assemble::assemble;
 use crate::solver::explain::known_cause;
-use crate::solver::fleet::{Run, told};
+use crate::solver::fleet::{Run, Solved, by_open_rules, told};
 use crate::verify::{judged, verify};
 
 /// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them
@@ -55,30 +55,38 @@ pub fn plan_region(
         return Err(faults.map(|it| GivenError::World(Box::new(it))).collect());
     }
     let all = joined(world, others)?;
-    let mut run = match Run::new(world, control) {
-        Ok(run) => run,
-        Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
-    };
     let own = world.drones.len();
-    let fixed: Vec<_> = (others.iter().zip(&all.drones[own..]).enumerate())
-        .map(|(index, (entry, drone))| {
-            let id = DroneId((own + index) as u32);
-            legs_of(id, entry, false, |mass_kg| {
-                run.job.kinds.kind(&drone.vehicle, mass_kg)
-            })
-        })
-        .collect();
     let curved = others.iter().zip(&all.drones[own..]);
     let curved = curved.filter(|(entry, _)| entry.trajectory.is_smooth());
-    run.job.others_astray_m = curved
+    let others_astray_m = curved
         .map(|(entry, drone)| {
             let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
             curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2))
         })
         .fold(0.0, f64::max);
-    let costmap = run.job.costmap(&all, true, all.drones.len());
-    let paths = run.paths(costmap, fixed);
-    let paths = paths.expect("nothing limits the states of a first run");
+    let solve = |run: &mut Run<'_>| {
+        let fixed = others.iter().zip(&all.drones[own..]).enumerate();
+        let fixed = fixed.map(|(index, (entry, drone))| {
+            let id = DroneId((own + index) as u32);
+            legs_of(id, entry, false, |mass_kg| {
+                run.job.kinds.kind(&drone.vehicle, mass_kg)
+            })
+        });
+        let fixed: Vec<_> = fixed.collect();
+        run.job.others_astray_m = others_astray_m;
+        let mut all = all.clone();
+        (all.planning.motion, all.convection) = (run.world.planning.motion, run.world.convection);
+        let costmap = run.job.costmap(&all, true, all.drones.len());
+        Some((run.paths(costmap, fixed)?, Vec::new()))
+    };
+    let relaxed = world.relaxed();
+    let solved = by_open_rules(world, relaxed.as_ref(), control, solve);
+    let Solved {
+        run, paths, notes, ..
+    } = match solved {
+        Ok(solved) => solved,
+        Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
+    };
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: all.drones[drone.0 as usize].name.clone(),
         cause: known_cause(&all, why),
@@ -86,13 +94,13 @@ pub fn plan_region(
     let failures: Vec<Failure> = failures.collect();
 
     (control.progress)(Progress::Verifying);
-    let mut plan = assemble(world, &run.job, &paths);
+    let mut plan = assemble(run.world, &run.job, &paths);
     plan.drones.extend_from_slice(others);
     let report = verify(&plan);
     let mut plan = judged(plan, report, told(&failures));
     let energy_j = plan.drones[..own].iter().map(|drone| drone.extra_energy_j);
     plan.fleet.extra_energy_j = energy_j.sum();
-    Ok(run.answer(plan, failures))
+    Ok(run.answer(plan, failures, notes))
 }
 
 /// The world with the others in it, which have nothing to do in it.

@@ -50,8 +50,10 @@ use super::track::{State, Track, cut, legs_of};
 use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
+use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
+use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AtEnd, DronePlan, Plan, Unplanned, Violation};
 use crate::scenario::Problems;
 use crate::scenario::limits::BUSY_S;
@@ -134,32 +136,34 @@ pub enum Cause {
     Added,
     /// It was taken out.
     Removed,
-    /// It has something else to do.
+    /// It has something else to do, or is to land.
     Retasked,
     /// It was in the way of one of these.
     GaveWay,
 }
 
 impl Running {
-    /// Takes over a plan and the world that it was made for.
+    /// Takes over a plan and the world that it was made for. Rules that the world leaves open are
+    /// the plan's.
     ///
     /// # Errors
     ///
     /// The world is not in order, the plan has other drones than it, or a trajectory that cannot be
     /// read.
     pub fn new(world: World, plan: Plan) -> Result<Running, GivenError> {
+        let world = world.ruled_as(&plan);
         check(&world, &plan)?;
         let mut job = prepare(&world, &|| false);
         let agents = std::mem::take(&mut job.agents);
         let mut tracks = Vec::with_capacity(agents.len());
         for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {
             let planned = !plan.unplanned.iter().any(|one| one.name == entry.name);
-            let path = path_of(entry, &agent)?;
+            let stops = agent.mover.stops().iter();
+            let stops_m: Vec<_> = stops.map(|&stop| job.roadmap.position_m(stop)).collect();
+            let path = path_of(entry, &agent, (job.roadmap.lattice(), &stops_m))?;
             let whole = legs_of(agent.drone, &path, !planned, |mass_kg| {
                 job.kinds.kind(&drone.vehicle, mass_kg)
             });
-            let stops = agent.mover.stops().iter();
-            let stops_m: Vec<_> = stops.map(|&stop| job.roadmap.position_m(stop)).collect();
             let cut = |leg: &Leg| cut(leg, job.roadmap.lattice(), &stops_m);
             tracks.push(Track {
                 legs: whole.iter().flat_map(cut).collect(),
@@ -306,9 +310,13 @@ fn check(world: &World, plan: &Plan) -> Result<(), GivenError> {
     Ok(())
 }
 
-/// A drone's part of a plan with the path that it is flown of; an error where its curves are of no
-/// such path.
-fn path_of<'a>(entry: &'a DronePlan, agent: &Agent) -> Result<Cow<'a, DronePlan>, GivenError> {
+/// A drone's part of a plan with the path that it is flown of, at the very places of the lattice
+/// and of its stops (m); an error where its curves are of no such path.
+fn path_of<'a>(
+    entry: &'a DronePlan,
+    agent: &Agent,
+    (lattice, stops_m): (&Lattice, &[Point3<f64>]),
+) -> Result<Cow<'a, DronePlan>, GivenError> {
     let Some(smoothing) = &agent.smoothing else {
         return Ok(Cow::Borrowed(entry));
     };
@@ -323,6 +331,13 @@ fn path_of<'a>(entry: &'a DronePlan, agent: &Agent) -> Result<Cow<'a, DronePlan>
     for t_s in &mut path.t_s {
         // The search counts whole ticks.
         *t_s = (*t_s * Tick::PER_SECOND).round() / Tick::PER_SECOND;
+    }
+    for at_m in &mut path.position_m {
+        let place = lattice.at(lattice.nearest(at_m));
+        let place_m = place.map(|place| lattice.position_m(place));
+        let mut known_m = stops_m.iter().copied().chain(place_m);
+        let same = |known_m: &Point3<f64>| (known_m - *at_m).norm() < SAME_PLACE_M;
+        *at_m = known_m.find(same).unwrap_or(*at_m);
     }
     let lead_s = Tick(smoothing.lead_ticks()).seconds();
     let (from_s, until_s) = entry.airborne_s;
@@ -349,7 +364,7 @@ struct Asked {
     /// What the caller changed about it.
     cause: Cause,
     /// As it was, if it goes on with that when there is no path.
-    before: Option<(Track, Vec<Task>)>,
+    before: Option<(Track, Drone)>,
     /// No path is looked for: what it flies is settled.
     settled: bool,
 }
@@ -420,13 +435,7 @@ struct Turn<'a> {
 
 impl Turn<'_> {
     /// Remembers a change, and what the drone goes `before` on with if it has no path.
-    fn ask(
-        &mut self,
-        index: usize,
-        cause: Cause,
-        settled: bool,
-        before: Option<(Track, Vec<Task>)>,
-    ) {
+    fn ask(&mut self, index: usize, cause: Cause, settled: bool, before: Option<(Track, Drone)>) {
         let asked = Asked {
             cause,
             before,
@@ -442,7 +451,15 @@ impl Turn<'_> {
         match (change, index) {
             (Change::Added(drone), _) => self.add(drone),
             (Change::Late { by_s, .. }, Some(index)) => self.fall_behind(index, *by_s),
-            (Change::Retasked { tasks, .. }, Some(index)) => self.retask(index, tasks),
+            (Change::Retasked { tasks, .. }, Some(index)) => {
+                let at_end = self.running.world.drones[index].at_end;
+                self.retask(index, tasks, at_end);
+            }
+            (Change::Landed { over_m, .. }, Some(index)) => {
+                // On the ground there is no way down.
+                let at_end = over_m.map_or(AtEnd::Hover, |_| AtEnd::Land);
+                self.retask(index, &change::landing(*over_m), at_end);
+            }
             (Change::Removed { .. }, Some(index)) => {
                 let track = &mut self.running.tracks[index];
                 // It stops before it is gone.
@@ -510,9 +527,9 @@ impl Turn<'_> {
         self.ask(index, Cause::Added, false, None);
     }
 
-    /// Gives a drone other tasks from where it can do something else; its track ends there until it
-    /// has a path.
-    fn retask(&mut self, index: usize, tasks: &[Task]) {
+    /// Gives a drone other tasks, and another end, from where it can do something else; its track
+    /// ends there until it has a path.
+    fn retask(&mut self, index: usize, tasks: &[Task], at_end: AtEnd) {
         let roadmap = &self.running.job.roadmap;
         let track = &self.running.tracks[index];
         let State::Flies {
@@ -529,10 +546,11 @@ impl Turn<'_> {
         let last = begun.last().or(now);
         let kind = last.map_or(track.agent.kinds[0], |leg| leg.kind);
         let drone = self.running.world.drones[index].clone();
-        let before = (track.clone(), drone.tasks.clone());
+        let before = (track.clone(), drone.clone());
         let known = track.vertex_at(roadmap, &at_m);
         let start = known.unwrap_or_else(|| self.start(&drone, at_m, grounded));
         self.running.world.drones[index].tasks = tasks.to_vec();
+        self.running.world.drones[index].at_end = at_end;
         let agent = Agent {
             departs,
             begun,
@@ -820,9 +838,9 @@ impl Turn<'_> {
                 (None, None) if !stops => continue,
                 (None, cause) => {
                     let before = asked.and_then(|asked| asked.before.as_ref());
-                    if let Some((before, tasks)) = before {
+                    if let Some((before, drone)) = before {
                         *track = before.clone();
-                        world.drones[index].tasks.clone_from(tasks);
+                        world.drones[index].clone_from(drone);
                     }
                     if stops || before.is_none() {
                         let legs = paths.legs.get(index).filter(|legs| !legs.is_empty());

@@ -114,7 +114,9 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
         missing.push("the plan assumes other air".to_owned());
     }
     let lag = |it: Option<Convection>| it.map_or(0.0, Convection::longest_lag);
-    let (asked, kept) = (world.flown().convection, plan.convection());
+    let relaxed = world.relaxed();
+    let least = relaxed.as_ref().unwrap_or(world).flown();
+    let (asked, kept) = (least.convection, plan.convection());
     if lag(kept) < lag(asked) * (1.0 - ROUNDING) {
         let words = |it: Option<Convection>| match it {
             None => "none".to_owned(),

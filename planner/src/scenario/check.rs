@@ -286,7 +286,8 @@ impl Check {
         for (index, drone) in world.drones.iter().enumerate() {
             self.name(format!("drone {}", index + 1), &drone.name);
             self.drone(drone, world.air.density_kg_per_m3());
-            if world.planning.motion == PathMotion::Smooth {
+            let planning = &world.planning;
+            if planning.motion == PathMotion::Smooth && !planning.relaxable.motion {
                 let whose = format!("drone `{}`", drone.name);
                 self.number(&whose, "time to stop", drone.vehicle.stop_s(), &STOP_S);
             }

@@ -65,7 +65,7 @@ pub(super) const MAX_ACCELERATION_MPS2: Limits = from(0.1, 100.0, "m/s2");
 /// From slower than any autopilot's setting to steps of the command.
 pub(super) const MAX_JERK_MPS3: Limits = from(0.1, 10_000.0, "m/s3");
 /// From full speed to rest and back, smoothly: chosen here, beyond that a hall is too small.
-pub(super) const STOP_S: Limits = from(0.0, 10.0, "s");
+pub(crate) const STOP_S: Limits = from(0.0, 10.0, "s");
 /// Being early or late: beyond half a minute two flights have nothing to do with one another.
 pub(super) const TIME_MARGIN_S: Limits = from(0.0, 30.0, "s");
 /// A tracking error; as for the clearance.

@@ -20,8 +20,8 @@ use super::written::{self, Written};
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
-    AtEnd, Bounds, Drone, Margins, Obstacle, PathMotion, Planning, Solid, Task, Vehicle, World,
-    Zone,
+    AtEnd, Bounds, CONVECTION_DEFAULT, Drone, Margins, Obstacle, PathMotion, Planning, Relaxable,
+    Solid, Task, Vehicle, World, Zone,
 };
 
 /// The world of all that is sound in `written`, and what is not.
@@ -86,7 +86,9 @@ pub(super) fn world(
             .unwrap_or(written.air.superposition),
         effects,
         // Its limits are narrower than those of any factor.
-        convection: (written.air.convection).and_then(|range| Convection::new(range).ok()),
+        convection: (written.air.convection)
+            .unwrap_or(Some(CONVECTION_DEFAULT))
+            .and_then(|range| Convection::new(range).ok()),
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
         drones,
@@ -97,7 +99,11 @@ pub(super) fn world(
                 time_s: planning.time_margin_s,
                 tracking_m: planning.tracking_m,
             },
-            motion: planning.motion,
+            motion: planning.motion.unwrap_or_default(),
+            relaxable: Relaxable {
+                motion: planning.motion.is_none(),
+                convection: written.air.convection.is_none(),
+            },
             seed: planning.seed,
             energy_weight: planning.energy_weight,
         },
@@ -267,9 +273,10 @@ impl<'w> Meaning<'w> {
         self.kept(vehicle)
     }
 
-    /// Notes an airframe whose acceleration and jerk are too low for smooth motion at its speed.
+    /// Notes an airframe whose acceleration and jerk are too low for smooth motion at its speed,
+    /// where that is asked for.
     fn can_stop(&mut self, source: &written::Drone, vehicle: &Vehicle) {
-        let is_smooth = self.written.planning.motion == PathMotion::Smooth;
+        let is_smooth = self.written.planning.motion == Some(PathMotion::Smooth);
         let stop_s = vehicle.stop_s();
         if !is_smooth || STOP_S.contain(stop_s) {
             return;

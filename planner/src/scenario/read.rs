@@ -128,10 +128,9 @@ pub(super) fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<A
     });
     air.jet = record.optional(reader, "jet", Reader::text);
     air.finding = record.optional(reader, "finding", Reader::text);
-    let convection = record.or_none(reader, "convection", |reader, field| {
+    air.convection = record.or_none(reader, "convection", |reader, field| {
         reader.range(field, &CONVECTION)
     });
-    air.convection = convection.unwrap_or(air.convection);
     record.close(reader);
     Some(air)
 }
@@ -270,7 +269,7 @@ fn planning<'t>(
             ("Straight", PathMotion::Straight),
             ("Smooth", PathMotion::Smooth),
         ];
-        reader.word(field, &choices)
+        reader.word(field, &choices).map(Some)
     });
     record.set(reader, ("seed", &mut it.seed), Reader::seed);
     let energy_weight = ("energy_weight", &mut it.energy_weight);

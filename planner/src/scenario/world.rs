@@ -10,7 +10,9 @@ use serde::Serialize;
 
 use crate::plan::limits::DefaultLimits;
 use crate::plan::smoothing::Kernel;
-use crate::plan::{AirDelay, AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
+use crate::plan::{
+    AirDelay, AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status, TrajectoryEntry,
+};
 
 pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
 
@@ -66,9 +68,8 @@ pub struct Vehicle {
 }
 
 /// How fast air is carried down where a scenario does not say (lowest and highest speed over the
-/// centreline's); `None`: wakes are quasi-static. Chosen here: `Some([0.6, 1.0])` is planned for
-/// all delays up to those of large eddies.
-pub(crate) const CONVECTION_DEFAULT: Option<[f64; 2]> = None;
+/// centreline's): chosen here, from what large eddies are carried at to what air on the axis is.
+pub(crate) const CONVECTION_DEFAULT: [f64; 2] = [0.6, 1.0];
 
 /// How early or late each drone may be by default (s): chosen here, a command that comes a few
 /// cycles of a radio link late, and clocks kept by the network.
@@ -150,10 +151,20 @@ pub struct Task {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum PathMotion {
     /// Straight pieces at constant speed, with corners in no time.
-    #[default]
     Straight,
     /// Straight pieces averaged over time, so that no limit of acceleration and jerk is exceeded.
+    #[default]
     Smooth,
+}
+
+/// Rules that the scenario does not name: the planner gives them up where not every drone finds a
+/// path by them, and says so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Relaxable {
+    /// [`PathMotion::Smooth`], for straight motion.
+    pub motion: bool,
+    /// Air that takes its time, for quasi-static wakes.
+    pub convection: bool,
 }
 
 /// How to plan.
@@ -167,6 +178,8 @@ pub struct Planning {
     pub margins: Margins,
     /// What is flown between the places of a path.
     pub motion: PathMotion,
+    /// What of motion and air may be given up.
+    pub relaxable: Relaxable,
     /// Breaks ties and orders restarts.
     pub seed: u64,
     /// Price of extra energy: seconds of delay that one second's worth of hover energy is worth
@@ -179,6 +192,43 @@ impl World {
     pub(crate) fn flown(&self) -> Flown {
         let flown = Flown::of(&self.effects).unwrap_or_default();
         flown.with_convection(self.convection)
+    }
+
+    /// The same without the rules that it does not name; `None` where it names all that hold.
+    #[must_use]
+    pub fn relaxed(&self) -> Option<World> {
+        let Relaxable { motion, convection } = self.planning.relaxable;
+        let is_smooth = self.planning.motion == PathMotion::Smooth;
+        let (motion, convection) = (motion && is_smooth, convection && self.convection.is_some());
+        (motion || convection).then(|| {
+            let mut relaxed = self.clone();
+            if motion {
+                relaxed.planning.motion = PathMotion::Straight;
+            }
+            if convection {
+                relaxed.convection = None;
+            }
+            relaxed.planning.relaxable = Relaxable::default();
+            relaxed
+        })
+    }
+
+    /// The same by the rules of a plan of it, where it leaves any open.
+    #[must_use]
+    pub fn ruled_as(mut self, plan: &Plan) -> World {
+        let Some(relaxed) = self.relaxed() else {
+            return self;
+        };
+        let mut drones = plan.drones.iter().map(|it| &it.trajectory);
+        // Of drones that stay, it cannot be told: they are planned on by the weaker rule.
+        if !drones.any(TrajectoryEntry::is_smooth) {
+            self.planning.motion = relaxed.planning.motion;
+        }
+        if plan.convection() == relaxed.flown().convection {
+            self.convection = relaxed.convection;
+        }
+        self.planning.relaxable = Relaxable::default();
+        self
     }
 
     /// A plan in this place and its air, by its rules, for these drones: not judged, nothing summed
@@ -283,6 +333,10 @@ impl Default for Planning {
                 tracking_m: TRACKING_M,
             },
             motion: PathMotion::default(),
+            relaxable: Relaxable {
+                motion: true,
+                convection: false,
+            },
             seed: 0,
             energy_weight: 1.0,
         }

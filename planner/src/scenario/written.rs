@@ -174,16 +174,15 @@ pub(super) struct Air {
     /// How fast air is carried down, lowest and highest speed over the centreline's, as
     /// `(0.6, 1.0)`: air at a depth left its drone up to the delay of the lowest ago, and the plan
     /// holds for every delay from none on, the same factor for all wakes at a time. `None`:
-    /// quasi-static, wakes follow their drones at once.
+    /// quasi-static, wakes follow their drones at once. Where it is not given it is given up for a
+    /// fleet that finds no paths with it, and the plan says so.
     #[schemars(with = "Option<[f64; 2]>", extend("default" = written_range(CONVECTION_DEFAULT)))]
-    pub(super) convection: Option<[f64; 2]>,
+    pub(super) convection: Option<Option<[f64; 2]>>,
 }
 
 /// A range as a scenario has it.
-fn written_range(range: Option<[f64; 2]>) -> String {
-    range.map_or("None".to_owned(), |[low, high]| {
-        format!("({low:?}, {high:?})")
-    })
+fn written_range([low, high]: [f64; 2]) -> String {
+    format!("({low:?}, {high:?})")
 }
 
 /// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a
@@ -411,8 +410,10 @@ pub(super) struct Planning {
     #[schemars(range(min = TRACKING_M.low, max = TRACKING_M.high))]
     pub(super) tracking_m: f64,
     /// What is flown between the places of a path: corners in no time, or within the airframes'
-    /// limits of acceleration and jerk.
-    pub(super) motion: PathMotion,
+    /// limits of acceleration and jerk. Where it is not given, smooth motion is given up for a
+    /// fleet that finds no paths with it, and the plan says so.
+    #[schemars(with = "PathMotion", extend("default" = PathMotion::default()))]
+    pub(super) motion: Option<PathMotion>,
     /// Breaks ties and orders restarts: same scenario, same seed, same plan.
     pub(super) seed: u64,
     /// Seconds of delay that one second's worth of hover energy is worth; 0 ignores energy, limits
@@ -433,7 +434,7 @@ impl Default for Air {
             superposition: Superposition::default(),
             jet: None,
             finding: None,
-            convection: CONVECTION_DEFAULT,
+            convection: None,
         }
     }
 }
@@ -443,7 +444,6 @@ impl Default for Planning {
         let world::Planning {
             clearance_m,
             margins,
-            motion,
             seed,
             energy_weight,
             ..
@@ -454,7 +454,7 @@ impl Default for Planning {
             clearance_m,
             time_margin_s: margins.time_s,
             tracking_m: margins.tracking_m,
-            motion,
+            motion: None,
             seed,
             energy_weight,
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
-use crate::graph::agent::{Agent, Waypoint};
+use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::{AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
 use crate::scenario::world::{Drone, World};
@@ -98,7 +98,12 @@ pub(crate) fn write_legs(
 /// it.
 pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, arrives: Tick) {
     let alone = agent.alone_ticks;
-    entry.arrives_s = arrives.seconds();
+    // It sinks as late as its motion takes to begin, which is no whole number of ticks.
+    let sinks_later_s = match (&agent.smoothing, agent.ending) {
+        (Some(it), Ending::Land { .. }) => Tick(it.lead_ticks()).seconds() - it.kernel.half_s(),
+        _ => 0.0,
+    };
+    entry.arrives_s = rounded(arrives.seconds() + sinks_later_s);
     stay_until(&mut entry.trajectory, entry.arrives_s);
     entry.alone_s = if alone == UNREACHABLE {
         0.0
@@ -178,5 +183,6 @@ pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> Traje
 
 /// Sums of ticks and lengths, without the digits that only adding made.
 pub(crate) fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
+    // Without the sign of what is zero.
+    (value * 1e6).round() / 1e6 + 0.0
 }

@@ -1,6 +1,8 @@
 //! Why a drone stays at its start: what is in its way, where and when, and what would help.
 //! Whatever is advised has been planned.
 
+use std::cell::RefCell;
+
 use costmap::leg::DroneId;
 use costmap::verdict::Why;
 use nalgebra::{Point3, Vector3};
@@ -10,9 +12,9 @@ use crate::plan::cause::{
     Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Moved,
     Remedy,
 };
-use crate::plan::outcome::{Blocker, Control, EndpointKind, Failure};
+use crate::plan::outcome::{Blocker, Control, Effort, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
-use crate::scenario::world::{AtEnd, World};
+use crate::scenario::world::{AtEnd, PathMotion, World};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
 use crate::solver::endpoints::{self, Exclusions};
@@ -39,6 +41,14 @@ const HIGHEST_RAISE: f64 = 8.0;
 /// States of one plan that only shows whether something would help: chosen here, a quarter of a
 /// second of work.
 const MOST_EXPANSIONS: u64 = 12_000;
+/// The same of smooth flights: chosen here, as many times as many as they take in a corridor.
+const MOST_SMOOTH_EXPANSIONS: u64 = 48_000;
+/// States of all such plans times drones after which nothing more is looked for: chosen here, some
+/// seconds of work. A state takes the longer, the more drones there are.
+const MOST_EXPANSIONS_IN_ALL: u64 = 150_000;
+/// A gentler pass may take so many times the states of the first: chosen here, three times as
+/// many, each of which counts eight times without tables.
+const PASS_STATES: u64 = 24;
 /// What the limits that a pass was verified at are raised by in turn until the fleet is planned:
 /// chosen here, the bounds of the search are some percent above the air itself.
 const MARGINS: [f64; 3] = [1.02, 1.1, 1.25];
@@ -56,7 +66,6 @@ const BEARINGS: usize = 8;
 const MOST_PLACES: usize = 8;
 
 /// A fleet of which some are refused, and what was done about it.
-#[derive(Clone, Copy)]
 pub(crate) struct Refusals<'a> {
     /// The whole world.
     pub(crate) world: &'a World,
@@ -70,6 +79,8 @@ pub(crate) struct Refusals<'a> {
     pub(crate) tried: &'a [Retried],
     /// Says when to stop.
     pub(crate) control: &'a Control<'a>,
+    /// Of what was planned to see whether it would help.
+    pub(crate) effort: RefCell<Effort>,
 }
 
 /// One cause per drone without a path.
@@ -281,28 +292,31 @@ impl Refusals<'_> {
             chosen: group,
             control: self.control,
         };
-        let raised = |times: f64| {
+        let spent = || self.effort.borrow().expansions;
+        let raised = |times: f64, most_expansions: u64| {
             let terms = Terms {
                 cell_m: self.world.planning.cell_m,
                 raised: [times, 1.0],
-                most_expansions: MOST_EXPANSIONS,
+                most_expansions: most_expansions.min(self.most_expansions()?),
                 improves: false,
             };
-            subfleet.replanned(&terms, &mut Default::default())
+            subfleet.replanned(&terms, &mut self.effort.borrow_mut())
         };
         if (self.control.stop)() {
             return Remedy::Unknown;
         }
-        let mut pass = match raised(HIGHEST_RAISE) {
+        let begun = spent();
+        let mut pass = match raised(HIGHEST_RAISE, u64::MAX) {
             // The budget of states ended, or the run was stopped.
             None => return Remedy::Unknown,
             Some(found) if found.unplanned > 0 => return self.elsewhere(group),
             Some(found) => found,
         };
+        let most_expansions = PASS_STATES * (spent() - begun);
         let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
         while enough / too_low > 1.1 {
             let middle = f64::midpoint(too_low, enough);
-            match raised(middle).filter(|found| found.unplanned == 0) {
+            match raised(middle, most_expansions).filter(|found| found.unplanned == 0) {
                 Some(found) => (pass, enough) = (found, middle),
                 None => too_low = middle,
             }
@@ -445,6 +459,17 @@ impl Refusals<'_> {
         self.would_plan(&changed, &[drone])
     }
 
+    /// States of the next plan that only shows whether something would help; `None`: enough was
+    /// looked for.
+    fn most_expansions(&self) -> Option<u64> {
+        let most = match self.world.planning.motion {
+            PathMotion::Straight => MOST_EXPANSIONS,
+            PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS,
+        };
+        let spent = self.effort.borrow().expansions * self.world.drones.len() as u64;
+        (spent < MOST_EXPANSIONS_IN_ALL).then_some(most)
+    }
+
     /// Whether these drones are planned if the world is changed so: a small fleet is planned whole,
     /// as a run would; of a large one these alone among the rest.
     fn would_plan(&self, changed: &World, drones: &[DroneId]) -> bool {
@@ -456,7 +481,10 @@ impl Refusals<'_> {
             unplanned.any(|(drone, _)| drones.contains(drone))
         };
         if changed.drones.len() <= MOST_SMALL {
-            let tried = tried(changed, self.control, MOST_EXPANSIONS);
+            let Some(most) = self.most_expansions() else {
+                return false;
+            };
+            let tried = tried(changed, self.control, most, &mut self.effort.borrow_mut());
             return tried.is_some_and(|paths| !left_out(&paths));
         }
         let subfleet = Subfleet {
@@ -468,13 +496,16 @@ impl Refusals<'_> {
         };
         let own = std::iter::once(changed.planning.cell_m);
         own.chain(halved_cells_m(changed, 1)).any(|cell_m| {
+            let Some(most_expansions) = self.most_expansions() else {
+                return false;
+            };
             let terms = Terms {
                 cell_m,
                 raised: [1.0; 2],
-                most_expansions: MOST_EXPANSIONS,
+                most_expansions,
                 improves: false,
             };
-            let found = subfleet.replanned(&terms, &mut Default::default());
+            let found = subfleet.replanned(&terms, &mut self.effort.borrow_mut());
             found.is_some_and(|found| found.unplanned == 0)
         })
     }

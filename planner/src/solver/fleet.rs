@@ -1,5 +1,7 @@
 //! The whole flow: endpoints, roadmap, search, plan, verifier, and the same again without wakes.
 
+use std::cell::RefCell;
+
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
@@ -22,9 +24,13 @@ use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare, prepare_with};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
+use crate::solver::relaxed::{Why, most_states};
 use crate::verify::{harm, judged, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
+///
+/// Rules that the world leaves open ([`crate::scenario::world::Relaxable`]) are given up where
+/// fewer drones are unplanned without them; [`Planned::notes`] says so.
 ///
 /// Reads no clock and no file: `control` says when to stop. The same world gives the same plan on
 /// any number of threads.
@@ -34,16 +40,19 @@ use crate::verify::{harm, judged, verify};
 /// order.
 pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Problems<WorldError>> {
     world.check()?;
-    let mut run = match Run::new(world, control) {
-        Ok(run) => run,
+    let relaxed = world.relaxed();
+    let Solved {
+        mut run,
+        paths,
+        tried,
+        notes,
+    } = match by_open_rules(world, relaxed.as_ref(), control, Run::solve) {
+        Ok(solved) => solved,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
+    let world = run.world;
     run.endpoints
         .confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
-    // Without a budget there is an answer.
-    let (paths, tried) = run
-        .solve()
-        .expect("nothing limits the states of a first run");
     let failures = failures(&Refusals {
         world,
         job: &run.job,
@@ -51,6 +60,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         endpoints: &run.endpoints,
         tried: &tried,
         control,
+        effort: RefCell::default(),
     });
 
     (control.progress)(Progress::Verifying);
@@ -62,7 +72,86 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         (control.progress)(Progress::IgnoringDownwash);
         plan.ignoring_downwash = ignoring_downwash(world, &run.job, &run.endpoints.goals, control);
     }
-    Ok(run.answer(plan, failures))
+    Ok(run.answer(plan, failures, notes))
+}
+
+/// Paths of a fleet, and the run that found them.
+pub(crate) struct Solved<'a> {
+    /// Of the world by whose rules they are.
+    pub(crate) run: Run<'a>,
+    /// Of all drones that have one.
+    pub(crate) paths: Paths,
+    /// What was planned again.
+    tried: Vec<Retried>,
+    /// What a reader of the plan should know.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Solved<'_> {
+    fn unplanned(&self) -> usize {
+        self.paths.unplanned.len()
+    }
+}
+
+/// Paths by the rules of a world; or by those of `relaxed`, which is the same without the rules
+/// that it leaves open, where fewer drones are unplanned then.
+///
+/// # Errors
+/// The conflicts of endpoints, where starts exclude one another.
+pub(crate) fn by_open_rules<'a>(
+    world: &'a World,
+    relaxed: Option<&'a World>,
+    control: &'a Control<'a>,
+    solve: impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
+) -> Result<Solved<'a>, EndpointConflicts> {
+    let attempt = |world: &'a World, is_last: bool| {
+        let mut run = Run::new(world, control)?;
+        if !is_last {
+            if let Some(why) = Why::before(world, &run.job) {
+                return Ok(Err((why, run.effort)));
+            }
+            run.most_expansions = most_states(world);
+            run.is_tried = run.most_expansions.is_some();
+        }
+        Ok(match solve(&mut run) {
+            Some((paths, tried)) => Ok(Solved {
+                run,
+                paths,
+                tried,
+                notes: Vec::new(),
+            }),
+            None => Err((Why::Spent(run.effort.expansions), run.effort)),
+        })
+    };
+    let last = |world: &'a World| {
+        let solved = attempt(world, true)?;
+        Ok(solved.unwrap_or_else(|_| unreachable!("nothing limits the states of a last run")))
+    };
+    let Some(relaxed) = relaxed else {
+        return last(world);
+    };
+    let first = match attempt(world, false) {
+        Ok(Ok(solved)) if solved.unplanned() == 0 => return Ok(solved),
+        first => first,
+    };
+    match (first, last(relaxed)) {
+        (Ok(Ok(first)), Ok(second)) if first.unplanned() <= second.unplanned() => Ok(first),
+        (Ok(Ok(first)), Err(_)) => Ok(first),
+        (Err(conflicts), Err(_)) | (Ok(Err(_)), Err(conflicts)) => Err(conflicts),
+        (first, Ok(mut second)) => {
+            let (why, effort) = match first {
+                Ok(Ok(first)) => {
+                    let more = first.unplanned() - second.unplanned();
+                    (Why::Unplanned(more), first.run.effort)
+                }
+                Ok(Err(why)) => why,
+                Err(conflicts) => (Why::Starts(conflicts.count()), Effort::default()),
+            };
+            second.run.effort.add(&effort);
+            second.notes.push(why.note(world, relaxed));
+            Ok(second)
+        }
+    }
 }
 
 /// Larger fleets are not planned to see whether a smaller margin would do: chosen here.
@@ -78,18 +167,30 @@ fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> boo
     }
     let mut changed = world.clone();
     changed.planning.margins.tracking_m = tracking_m;
-    let tried = tried(&changed, control, MOST_EXPANSIONS_CONFIRMED);
-    tried.is_some_and(|paths| paths.unplanned.is_empty())
+    let is_planned = |world: &World| {
+        let most = MOST_EXPANSIONS_CONFIRMED;
+        let tried = tried(world, control, most, &mut Effort::default());
+        tried.is_some_and(|paths| paths.unplanned.is_empty())
+    };
+    is_planned(&changed) || changed.relaxed().is_some_and(|it| is_planned(&it))
 }
 
 /// Paths of a whole fleet within so many states, none of them better than the first that are found;
-/// `None` where starts exclude one another, or the states ended first.
-pub(crate) fn tried(world: &World, control: &Control<'_>, most_expansions: u64) -> Option<Paths> {
+/// `None` where starts exclude one another, or the states ended first. Adds what that took to
+/// `effort`.
+pub(crate) fn tried(
+    world: &World,
+    control: &Control<'_>,
+    most_expansions: u64,
+    effort: &mut Effort,
+) -> Option<Paths> {
     let control = control.trying();
     let mut run = Run::new(world, &control).ok()?;
     run.most_expansions = Some(most_expansions);
-    run.improves = false;
-    run.solve().map(|(paths, _)| paths)
+    (run.improves, run.retries) = (false, false);
+    let solved = run.solve();
+    effort.add(&run.effort);
+    solved.map(|(paths, _)| paths)
 }
 
 /// States of the search for one drone alone among zones: chosen here, a second of work.
@@ -97,8 +198,8 @@ const MOST_EXPANSIONS_ALONE: u64 = 50_000;
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
-    /// Checked.
-    world: &'a World,
+    /// Checked; by whose rules it is.
+    pub(crate) world: &'a World,
     /// Says when to stop.
     control: &'a Control<'a>,
     /// Roadmap and agents of the world's drones.
@@ -111,6 +212,10 @@ pub(crate) struct Run<'a> {
     pub(crate) most_expansions: Option<u64>,
     /// See [`FleetProblem::improves`].
     pub(crate) improves: bool,
+    /// See [`FleetProblem::is_tried`].
+    is_tried: bool,
+    /// Whether what would be refused is planned again, on finer cells and beyond the lattice.
+    retries: bool,
 }
 
 impl<'a> Run<'a> {
@@ -138,6 +243,8 @@ impl<'a> Run<'a> {
             effort: Effort::default(),
             most_expansions: None,
             improves: true,
+            is_tried: false,
+            retries: true,
         })
     }
 
@@ -157,15 +264,17 @@ impl<'a> Run<'a> {
             effort: Effort::default(),
             most_expansions: Some(most_expansions),
             improves: true,
+            is_tried: false,
+            retries: false,
         }
     }
 
-    /// Paths of the fleet alone; what would be refused is tried again, unless states are limited.
+    /// Paths of the fleet alone; what would be refused is tried again, if that is asked for.
     /// `None` where the budget of states ended first.
     pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
         let costmap = self.job.costmap(self.world, true, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
-        if self.most_expansions.is_some() {
+        if !self.retries {
             return Some((paths, Vec::new()));
         }
         let (world, control) = (self.world, self.control);
@@ -200,6 +309,7 @@ impl<'a> Run<'a> {
             planning: &self.world.planning,
             control: self.control,
             most_expansions: self.most_expansions,
+            is_tried: self.is_tried,
             improves: self.improves,
         };
         plan_fleet(&problem, &mut self.effort)
@@ -260,12 +370,13 @@ impl<'a> Run<'a> {
     }
 
     /// The answer that a judged plan is.
-    pub(crate) fn answer(self, plan: Plan, failures: Vec<Failure>) -> Outcome {
+    pub(crate) fn answer(self, plan: Plan, failures: Vec<Failure>, notes: Vec<String>) -> Outcome {
         Outcome::of(Planned {
             plan,
             failures,
             conflicts: self.endpoints.conflicts,
             effort: self.effort,
+            notes,
         })
     }
 }
@@ -325,6 +436,7 @@ fn ignoring_downwash(
         planning: &world.planning,
         control: &quiet,
         most_expansions: None,
+        is_tried: false,
         improves: true,
     };
     let paths = plan_fleet(&problem, &mut Effort::default())?;

@@ -8,6 +8,7 @@ pub(crate) mod explain;
 pub(crate) mod prepare;
 pub(crate) mod priority;
 pub(crate) mod refusals;
+pub(crate) mod relaxed;
 pub(crate) mod subfleet;
 
 pub(crate) mod fleet;

@@ -374,7 +374,7 @@ pub(crate) fn agent_of(
                 Tick(Tick::lasting(from_s).saturating_sub(lead_ticks))
             }),
             until: (task.during_s).map_or(Tick(0), |[_, until_s]| {
-                Tick(Tick::lasting(until_s)).after(lead_ticks)
+                Tick(Tick::lasting(until_s)).after(if index + 1 < count { lead_ticks } else { 0 })
             }),
             ends: Tick(0),
             rest_ticks: 0,

@@ -25,6 +25,11 @@ const LEAST_CELL_M: f64 = 0.1;
 const MOST_PLACES: f64 = 150_000.0;
 /// States for all that is tried for one group: chosen here, some seconds of work.
 const MOST_EXPANSIONS: u64 = 100_000;
+/// The same where air takes time: chosen here, as much work.
+const MOST_LATE_EXPANSIONS: u64 = 16_000;
+/// Plans with higher bounds that the verifier is asked about for one group: chosen here, up to a
+/// second of work each.
+const MOST_JUDGED: usize = 3;
 /// On what is tried in turn: how often cells are halved, and how many times their limits drones and
 /// zones may reach by the bounds of the search, where the verifier decides. Chosen here: bounds on
 /// one wake over the discs are a few percent above it, those on several whose speeds add up are up
@@ -59,6 +64,8 @@ const MOST_GROUPS: usize = 3;
 pub(crate) const LARGEST_GROUP: usize = 6;
 /// States of a search for what is in the way: chosen here, a second of work.
 const MOST_EXPANSIONS_IN_THE_WAY: u64 = 20_000;
+/// The same where air takes time: chosen here, as much work.
+const MOST_LATE_EXPANSIONS_IN_THE_WAY: u64 = 4_000;
 /// For how many refused drones it is asked what is in the way: chosen here.
 const MOST_ASKED: usize = 12;
 
@@ -227,7 +234,10 @@ fn in_the_way(
 ) -> Option<Obstruction> {
     let weights = vec![IMMOVABLE; job.agents.len()];
     let setting = Setting {
-        most_expansions: MOST_EXPANSIONS_IN_THE_WAY,
+        most_expansions: match paths.costmap.lingers() > 0 {
+            true => MOST_LATE_EXPANSIONS_IN_THE_WAY,
+            false => MOST_EXPANSIONS_IN_THE_WAY,
+        },
         ..Setting::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
     };
     match search(setting, &job.agents[drone.0 as usize]).found {
@@ -261,7 +271,12 @@ impl Refused<'_> {
         let own_m = self.world.planning.cell_m;
         let (mut finest_m, mut ended) = (own_m, None);
         let begun = effort.expansions;
-        let until = begun + MOST_EXPANSIONS;
+        let until = begun
+            + match paths.costmap.lingers() > 0 {
+                true => MOST_LATE_EXPANSIONS,
+                false => MOST_EXPANSIONS,
+            };
+        let mut judged = 0;
         for &(times, raised) in self.attempts {
             let Some(cell_m) = halved_cells_m(self.world, times) else {
                 continue;
@@ -293,7 +308,11 @@ impl Refused<'_> {
             finest_m = finest_m.min(cell_m);
             let is_better = found.unplanned < self.unplanned(paths);
             let is_exact = raised == [1.0; 2];
-            if is_better && (is_exact || subfleet.judged(&found).1.violations.is_empty()) {
+            let mut is_kept = || {
+                judged += 1;
+                judged <= MOST_JUDGED && subfleet.judged(&found).1.violations.is_empty()
+            };
+            if is_better && (is_exact || is_kept()) {
                 *paths = found.paths.clone();
                 found.note_alone(self.drones, job);
             }

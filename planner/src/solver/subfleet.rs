@@ -11,7 +11,7 @@ use crate::solver::assemble::assemble;
 use crate::solver::fleet::Run;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, Paths};
-use crate::verify::{Report, verify};
+use crate::verify::{Report, verify_drones};
 
 /// Some drones of a fleet, among others whose legs stay as they are.
 #[derive(Clone, Copy)]
@@ -146,10 +146,11 @@ impl Subfleet<'_> {
         paths
     }
 
-    /// What the verifier finds in the whole plan with these paths in it.
+    /// What the verifier finds in the whole plan with these paths in it, but for the highest air of
+    /// its zones.
     pub(crate) fn judged(&self, replanned: &Replanned) -> (Plan, Report) {
         let plan = assemble(self.world, self.job, &replanned.paths);
-        let report = verify(&plan);
+        let report = verify_drones(&plan);
         (plan, report)
     }
 }

@@ -55,6 +55,7 @@ use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneA
 pub use bounds::obstacles::Solid;
 pub use checks::air::DroneExposure;
 pub use checks::lateness;
+use checks::zone::Asked;
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
@@ -124,11 +125,24 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
     let (scene, malformed) = contents::read(plan);
-    report(plan, scene.as_ref(), malformed)
+    report(plan, scene.as_ref(), malformed, Asked::Spans)
 }
 
-/// The report of a plan that was read, with what is wrong with its contents.
-fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Report {
+/// The same without the highest air of zones: of their limits it is only told whether they are
+/// kept, as far as that is soon known.
+pub(crate) fn verify_drones(plan: &Plan) -> Report {
+    let (scene, malformed) = contents::read(plan);
+    report(plan, scene.as_ref(), malformed, Asked::IsKept)
+}
+
+/// The report of a plan that was read, with what is wrong with its contents; without the air of
+/// zones where it is only asked whether they are kept.
+fn report(
+    plan: &Plan,
+    scene: Option<&Scene<'_>>,
+    malformed: Vec<Found>,
+    of_zones: Asked,
+) -> Report {
     let mut found = malformed;
     let mut untold = 0;
     let mut zone_air = Vec::new();
@@ -174,15 +188,17 @@ fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Repo
         let limited = (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some());
         let judged: Vec<_> = limited
             .map(|zone| {
-                let found = zone::check(scene, zone);
+                let found = zone::check(scene, zone, of_zones);
                 let on_time = |(_, it): &Found| it.kind == ViolationKind::Zone;
-                let air = air_of(scene, zone, !found.iter().any(on_time));
+                let is_kept = !found.iter().any(on_time);
+                let is_told = of_zones == Asked::Spans;
+                let air = is_told.then(|| air_of(scene, zone, is_kept));
                 (found, air)
             })
             .collect();
         for (here, air) in judged {
             found.extend(here);
-            zone_air.push(air);
+            zone_air.extend(air);
         }
     }
     found.sort_by(|(i, a), (j, b)| {
@@ -236,7 +252,7 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
         }
     }
     let zones: Vec<Vec<_>> = (scene.zones.par_iter())
-        .map(|it| zone::on_time(&scene, it))
+        .map(|it| zone::on_time(&scene, it, Asked::Spans))
         .collect();
     for found in zones.iter().filter(|found| !found.is_empty()) {
         harm.zones_over_limit += 1;

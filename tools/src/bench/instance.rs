@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use planner::Planned;
-use planner::plan::{Plan, Status};
+use planner::plan::{Plan, Status, TrajectoryEntry};
 use serde::{Deserialize, Serialize};
 
 use crate::instances::Floor;
@@ -24,6 +24,8 @@ pub struct Instance {
     pub jobs: Option<NonZeroUsize>,
     /// Whether the fleet is planned once more, ignoring downwash.
     pub contrast: bool,
+    /// Whether it is planned in straight motion with quasi-static wakes from the start.
+    pub relaxed: bool,
 }
 
 impl Instance {
@@ -40,6 +42,9 @@ impl Instance {
         if !self.contrast {
             words.push("--without-contrast".to_owned());
         }
+        if self.relaxed {
+            words.push("--relaxed".to_owned());
+        }
         words
     }
 }
@@ -49,6 +54,8 @@ impl Instance {
 pub struct Figures {
     /// `safe`, `partial`, `unsafe` or `blocked`.
     pub status: String,
+    /// By which rules it is planned: motion and wakes.
+    pub rules: String,
     /// Drones without a path.
     pub left_out: usize,
     /// What the verifier found.
@@ -96,6 +103,20 @@ pub struct Measured {
     pub peak_memory_bytes: Option<u64>,
 }
 
+/// The rules of a plan, in words.
+fn rules(plan: &Plan) -> String {
+    let mut all = plan.drones.iter().map(|drone| &drone.trajectory);
+    let motion = match all.any(TrajectoryEntry::is_smooth) {
+        true => "smooth",
+        false => "straight",
+    };
+    let wakes = match plan.quasi_static {
+        true => "quasi-static",
+        false => "advected",
+    };
+    format!("{motion}, {wakes}")
+}
+
 impl Figures {
     /// Of one run over a fleet of so many drones; `None`: its starts exclude one another.
     #[must_use]
@@ -107,6 +128,7 @@ impl Figures {
         let ignoring = plan.and_then(|plan| plan.ignoring_downwash.as_ref());
         Figures {
             status: status.to_owned(),
+            rules: plan.map_or(String::new(), rules),
             left_out: plan.map_or(drones, |plan| plan.unplanned.len()),
             violations: plan.map_or(0, |plan| plan.violations.len()),
             cut_short: measured.cut_short,

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::instance::Figures;
 use crate::instances::Floor;
+use crate::table::joined;
 
 /// Instances that differ in their seed alone.
 #[derive(Debug, Serialize)]
@@ -91,6 +92,15 @@ impl Row {
     pub(super) fn is_complete(&self) -> bool {
         let early = |run: &Run| run.figures.as_ref().is_some_and(|it| it.cut_short);
         self.is_safe() && !self.runs.iter().any(early)
+    }
+
+    /// By which rules its fleets are planned.
+    pub(super) fn rules(&self) -> String {
+        let figures = self.runs.iter().filter_map(|run| run.figures.as_ref());
+        let mut all: Vec<&str> = figures.map(|it| it.rules.as_str()).collect();
+        all.sort_unstable();
+        all.dedup();
+        joined(&all, "; ")
     }
 
     /// Drones for each open column.

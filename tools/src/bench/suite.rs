@@ -23,6 +23,8 @@ pub struct Suite {
     pub jobs: Option<NonZeroUsize>,
     /// Whether each fleet is planned once more, ignoring downwash.
     pub contrast: bool,
+    /// Whether each is planned in straight motion with quasi-static wakes from the start.
+    pub relaxed: bool,
 }
 
 impl Suite {
@@ -39,6 +41,7 @@ impl Suite {
                     time_limit: self.time_limit,
                     jobs: self.jobs,
                     contrast: self.contrast,
+                    relaxed: self.relaxed,
                 }));
             }
         }

@@ -22,8 +22,8 @@ pub fn text(command: &str, machine: &Machine, rows: &[Row], instances: usize) ->
 }
 
 fn table(rows: &[Row]) -> Table {
-    let headings = "place | drones | of the open columns | planned and verified | planning (s) | verification (s) | searches | evictions | PIBT rounds | suboptimality | extra energy (J) | of hovering | over the limit if downwash is ignored | peak memory (MiB)";
-    Table::new("lrrlrrrrrrrrrr", headings, rows.iter().map(cells))
+    let headings = "place | drones | of the open columns | motion, wakes | planned and verified | planning (s) | verification (s) | searches | evictions | PIBT rounds | suboptimality | extra energy (J) | of hovering | over the limit if downwash is ignored | peak memory (MiB)";
+    Table::new("lrrllrrrrrrrrrr", headings, rows.iter().map(cells))
 }
 
 fn cells(row: &Row) -> Vec<String> {
@@ -41,6 +41,7 @@ fn cells(row: &Row) -> Vec<String> {
         row.place.name().to_owned(),
         row.drones.to_string(),
         format!("{:.1} %", 100.0 * row.density()),
+        row.rules(),
         row.answer(),
         time(row.planning_time_s()),
         time(row.median(|run| Some(run.verification_time_s))),
@@ -68,7 +69,7 @@ fn sentence(grown: &Growth) -> String {
     let mut said = format!("Growth in the {}", grown.place.name());
     if !grown.left_out_drones.is_empty() {
         said += &format!(
-            ", without N = {} (not all planned, verified and run to the end)",
+            ", without N = {} (not all planned by the same rules, verified and run to the end)",
             joined(&grown.left_out_drones, ",")
         );
     }

@@ -21,9 +21,11 @@ fn hall(drones: usize) -> (World, Plan) {
     planned(&tools::instances::hall(drones, 1).expect("the hall has room"))
 }
 
-/// Without margins: a drone that is late already may be within another's.
+/// Without margins: a drone that is late already may be within another's. Rules that it leaves open
+/// are given up.
 fn planned(text: &str) -> (World, Plan) {
-    let mut world = read_world(text).expect("in order");
+    let world = read_world(text).expect("in order");
+    let mut world = world.relaxed().unwrap_or(world);
     world.planning.margins = crate::plan::Margins::default();
     let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
     let plan = outcome.into_planned().expect("a plan").plan;
@@ -372,4 +374,73 @@ fn smooth_flights_are_changed_without_a_jump() {
         }
         before = running.plan().clone();
     }
+}
+
+#[test]
+fn drones_that_are_to_land_land_and_those_that_found_no_place_go_on_as_before() {
+    let (world, plan) = hall(12);
+    let mut running = Running::new(world, plan.clone()).expect("its plan");
+    let land = |drone: &DronePlan, over_m| Change::Landed {
+        drone: drone.name.clone(),
+        over_m: Some(over_m),
+    };
+    let columns = (0..).map(|nth| free_column(&plan, nth));
+    let drones = plan.drones.iter().skip(2);
+    let mut changes: Vec<Change> = drones
+        .zip(columns)
+        .map(|(drone, [x, y])| land(drone, Point3::new(x, y, 3.5)))
+        .collect();
+    // Over one another two do not land.
+    let first = &plan.drones[0];
+    let Change::Landed {
+        over_m: Some(taken_m),
+        ..
+    } = changes[0].clone()
+    else {
+        panic!("it lands");
+    };
+    changes.push(land(first, taken_m));
+    let told = running
+        .replan(5.0, &changes, &Control::QUIET)
+        .expect("in order");
+    sound(&running);
+    others_keep_theirs(&plan, running.plan(), &told);
+    let [out] = &told.refused[..] else {
+        panic!("{:?}", told.refused);
+    };
+    for (old, new) in plan.drones.iter().zip(&running.plan().drones) {
+        history_is_kept(old, new, 5.0);
+        let is_asked = changes.iter().any(|it| it.drone() == old.name);
+        if is_asked && old.name != out.name {
+            assert_eq!(new.at_end, AtEnd::Land, "{}", old.name);
+            assert!(new.airborne_s.1.is_some(), "{}", old.name);
+        } else {
+            assert_eq!((new.at_end, &new.trajectory), (old.at_end, &old.trajectory));
+        }
+    }
+}
+
+/// Only there it can be given something else to do.
+#[test]
+fn the_path_of_a_smooth_flight_leads_through_the_very_places_of_the_lattice() {
+    let text = tools::instances::hall(12, 1).expect("the hall has room");
+    let text = text
+        .replace("(64, 64, 8)", "(64.3, 64.3, 8.1)")
+        .replace(".5, ", ".57, ");
+    let world = read_world(&text).expect("in order");
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    assert!(plan.drones.iter().all(|it| it.trajectory.is_smooth()));
+    let running = Running::new(world, plan).expect("it is its plan");
+    let lattice = running.job.roadmap.lattice();
+    let mut through = 0;
+    for leg in running.tracks.iter().flat_map(|track| &track.legs) {
+        let place = lattice.at(lattice.nearest(&leg.from_m)).expect("within");
+        let off_m = (lattice.position_m(place) - leg.from_m).norm();
+        if off_m < 1e-3 {
+            assert_eq!(lattice.place_at(&leg.from_m), Some(place), "{off_m} m");
+            through += 1;
+        }
+    }
+    assert!(through > 50, "{through}");
 }

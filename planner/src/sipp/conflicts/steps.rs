@@ -26,6 +26,8 @@ const SAME_MPS: f64 = 1e-6;
 /// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and
 /// kept, 2 MiB.
 const MOST_ENTRIES: usize = 8 << 20;
+/// The same of smooth flights, whose wakes and bodies are somewhat wider.
+const MOST_SMOOTH_ENTRIES: usize = 16 << 20;
 
 /// What flies alike as others are concerned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +148,11 @@ impl Steps {
             .map(|(me, other)| Shape::new(lattice, costmap.fleet(), me, other))
             .collect();
         let entries = shapes.iter().map(Shape::entries).sum::<usize>();
-        if entries > MOST_ENTRIES || shapes.iter().any(Shape::is_too_slow) {
+        let most = match agents.iter().any(|agent| agent.smoothing.is_some()) {
+            true => MOST_SMOOTH_ENTRIES,
+            false => MOST_ENTRIES,
+        };
+        if entries > most || shapes.iter().any(Shape::is_too_slow) {
             return None;
         }
         let pairs = shapes.iter().map(Shape::pair).collect();

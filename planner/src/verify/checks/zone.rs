@@ -46,6 +46,8 @@ const MOST_PARTS: usize = 500_000;
 /// Parts searched for one zone in all before the highest bound of a step counts as found after
 /// [`FEWEST_PARTS`], chosen here: some seconds of work.
 const MOST_PARTS_IN_ALL: usize = 1_500_000;
+/// The same where it is only asked whether limits are kept, chosen here: less than a second.
+const MOST_PARTS_ASKED: usize = 200_000;
 /// What a part costs where wakes are advected, in parts without: where air left is looked for.
 const ADVECTED_COST: usize = 4;
 /// Parts searched in a step once [`MOST_PARTS_IN_ALL`] are used up, chosen here.
@@ -144,13 +146,22 @@ impl Downwash<'_> {
     }
 }
 
+/// How much is said of the limit of a zone.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Asked {
+    /// All spans over it.
+    Spans,
+    /// The first span over it, or that may be.
+    IsKept,
+}
+
 /// The spans over the limit of a zone: on time, or else with every drone early or late by the time
 /// margin, each by itself.
-pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
     let Some(air_limit_mps) = zone.air_limit_mps else {
         return Vec::new();
     };
-    let found = on_time(scene, zone);
+    let found = on_time(scene, zone, asked);
     let margin_s = scene.margins.time_s;
     if !found.is_empty() || margin_s <= 0.0 {
         return found;
@@ -159,16 +170,21 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     let on_time = air.downwash.iter().map(|it| (it.from(), it.span_s()));
     let on_time: Vec<(usize, Span)> = on_time.collect();
     air.downwash = shifts(scene, &on_time, (margin_s, margin_s));
-    over_limit(scene, &air, air_limit_mps, ViolationKind::ZoneMargin)
+    over_limit(
+        scene,
+        &air,
+        (air_limit_mps, asked),
+        ViolationKind::ZoneMargin,
+    )
 }
 
 /// The spans over the limit of a zone with every drone on time.
-pub(crate) fn on_time(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
+pub(crate) fn on_time(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
     let Some(air_limit_mps) = zone.air_limit_mps else {
         return Vec::new();
     };
     let air = ZoneAir::new(scene, zone);
-    over_limit(scene, &air, air_limit_mps, ViolationKind::Zone)
+    over_limit(scene, &air, (air_limit_mps, asked), ViolationKind::Zone)
 }
 
 /// The least delay of one flight, up to one (s) and told to a resolution (s), at which the air of a
@@ -338,13 +354,16 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
 fn over_limit(
     scene: &Scene<'_>,
     air: &ZoneAir<'_>,
-    air_limit_mps: f64,
+    (air_limit_mps, asked): (f64, Asked),
     kind: ViolationKind,
 ) -> Vec<Found> {
     let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
-    let mut left = MOST_PARTS_IN_ALL;
+    let mut left = match asked {
+        Asked::Spans => MOST_PARTS_IN_ALL,
+        Asked::IsKept => MOST_PARTS_ASKED,
+    };
     air.walk(MOST_STEPS, &mut |here, span_s, is_step| {
         if !is_step {
             let high_mps = air.field.together_mps(here, &air.places_m, span_s);
@@ -371,7 +390,10 @@ fn over_limit(
         {
             *known = (peak, from);
         }
-        ControlFlow::Continue(false)
+        match asked {
+            Asked::Spans => ControlFlow::Continue(false),
+            Asked::IsKept => ControlFlow::Break(()),
+        }
     });
     let found = parts.into_iter().zip(worst).map(|(span_s, (peak, from))| {
         let flight = &scene.flights[from];
