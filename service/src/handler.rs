@@ -1,11 +1,12 @@
 //! What a request does to the plan that is being flown.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{self, AtomicBool};
 
 use nalgebra::Point3;
-use planner::plan::{self, TrajectoryEntry, Violation};
+use planner::plan::{self, TrajectoryEntry, Violation, ViolationKind};
 use planner::replan::change::{self as planned, ChangeError};
 use planner::replan::rolling::Replanned;
 use planner::scenario::world;
@@ -13,9 +14,11 @@ use planner::{Control, Outcome, Problems, Running};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::landing::Landings;
 use crate::message::{
-    Add, Answer, Change, Changed, Closed, Code, Id, Late, MOST_BYTES, MOST_CHANGES, MOST_DRONES,
-    OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen, State, Task, Told, Whole,
+    Add, Answer, Change, Changed, Closed, Code, Id, LandAll, Landing, Late, MOST_BYTES,
+    MOST_CHANGES, MOST_DRONES, OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen,
+    State, Task, Told, Whole,
 };
 use crate::off_plan::{self, OffPlan};
 
@@ -46,7 +49,12 @@ pub struct Handled {
     pub answer: Answer,
     /// What a journal has to keep.
     pub record: Option<Record>,
+    /// What was asked for, where it could be read.
+    pub method: Option<&'static str>,
 }
+
+/// All methods.
+const METHODS: [&str; 6] = ["open", "change", "state", "land_all", "plan", "close"];
 
 /// Why a journal cannot be replayed.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,8 +96,8 @@ impl Service {
     ///
     /// A request that is refused changes nothing.
     pub fn handle(&mut self, line: &str, elapsed_s: &(dyn Fn() -> f64 + Sync)) -> Handled {
-        let mut id = None;
-        let done = self.answer(line, &mut id, elapsed_s);
+        let (mut id, mut method) = (None, None);
+        let done = self.answer(line, (&mut id, &mut method), elapsed_s);
         let protocol = (!self.has_answered).then_some(PROTOCOL);
         self.has_answered = true;
         let (result, record, error) = match done {
@@ -106,7 +114,11 @@ impl Service {
             result,
             error,
         };
-        Handled { answer, record }
+        Handled {
+            answer,
+            record,
+            method,
+        }
     }
 
     /// Refuses a line that could not be handed in as a text.
@@ -115,8 +127,7 @@ impl Service {
         self.has_answered = true;
         Answer {
             protocol,
-            error: Some(refusal(code, "", message)),
-            ..Answer::default()
+            ..Answer::refused(code, message)
         }
     }
 
@@ -125,17 +136,23 @@ impl Service {
         self.flown.as_ref().map(|it| it.revision)
     }
 
-    /// Does again what a journal has kept, in its order.
+    /// How many drones the plan has; none is open: 0.
+    pub fn drones(&self) -> usize {
+        let flown = self.flown.as_ref();
+        flown.map_or(0, |it| it.running.plan().drones.len())
+    }
+
+    /// Does again what a journal has kept, in its order; what that changed in the plan.
     ///
     /// # Errors
     /// A record that does not follow from those before it.
-    pub fn replay(&mut self, record: Record) -> Result<(), ReplayError> {
+    pub fn replay(&mut self, record: Record) -> Result<Option<Patch>, ReplayError> {
         let told = |errors: Refusals| {
             let messages: Vec<String> = errors.into_iter().map(|it| it.message).collect();
             ReplayError(messages.join("; "))
         };
         match record {
-            Record::Journal(protocol) if protocol == PROTOCOL => Ok(()),
+            Record::Journal(protocol) if protocol == PROTOCOL => Ok(None),
             Record::Journal(other) => Err(ReplayError(format!(
                 "the journal is of `{other}`, this program reads `{PROTOCOL}`"
             ))),
@@ -145,7 +162,7 @@ impl Service {
                     plan: Some(plan),
                     time_limit_s: None,
                 };
-                self.open(open, &|| 0.0).map(|_| ()).map_err(told)
+                self.open(open, &|| 0.0).map(|_| None).map_err(told)
             }
             Record::Changed {
                 revision,
@@ -162,17 +179,17 @@ impl Service {
                 let limit = Limit::new(None, &|| 0.0).map_err(told)?;
                 flown
                     .replan(at_s, changes, &limit)
-                    .map(|_| ())
+                    .map(|(patch, _)| Some(patch))
                     .map_err(told)
             }
-            Record::Closed => self.close().map(|_| ()).map_err(told),
+            Record::Closed => self.close().map(|_| None).map_err(told),
         }
     }
 
     fn answer(
         &mut self,
         line: &str,
-        id: &mut Option<Id>,
+        (id, asked): (&mut Option<Id>, &mut Option<&'static str>),
         elapsed_s: &(dyn Fn() -> f64 + Sync),
     ) -> Result<Done, Refusals> {
         if line.len() > MOST_BYTES {
@@ -193,6 +210,7 @@ impl Service {
             Some(given) => parsed(given, "method")?,
             None => return refused(Code::Field, "method", "missing field `method`"),
         };
+        *asked = METHODS.into_iter().find(|known| *known == method);
         let params = fields.remove("params");
         if let Some(unknown) = fields.keys().next() {
             let message = format!("unknown field `{unknown}`, there are id, method, params");
@@ -211,13 +229,15 @@ impl Service {
             "open" => self.open(parsed(given(params)?, "params")?, elapsed_s),
             "change" => self.change(parsed(given(params)?, "params")?, elapsed_s),
             "state" => self.state(parsed(given(params)?, "params")?, elapsed_s),
+            "land_all" => self.land_all(parsed(given(params)?, "params")?, elapsed_s),
             "plan" => none(params).and_then(|()| Ok((self.flown()?.whole(), None))),
             "close" => none(params).and_then(|()| self.close()),
             other => refused(
                 Code::UnknownMethod,
                 "method",
                 format!(
-                    "no method is called `{other}`, there are open, change, state, plan, close"
+                    "no method is called `{other}`, there are {}",
+                    METHODS.join(", ")
                 ),
             ),
         }
@@ -276,15 +296,7 @@ impl Service {
     ) -> Result<Done, Refusals> {
         let limit = Limit::new(change.time_limit_s, elapsed_s)?;
         let flown = self.flown()?;
-        let (given, now) = (change.revision, flown.revision);
-        if given != now {
-            let (code, what) = match given < now {
-                true => (Code::StaleRevision, "the plan has changed since"),
-                false => (Code::FutureRevision, "there is none such yet"),
-            };
-            let message = format!("revision {given} of a plan at revision {now}: {what}");
-            return refused(code, "params.revision", message);
-        }
+        flown.is_meant(change.revision)?;
         flown.on_time(change.at_s)?;
         let count = change.changes.len();
         if count == 0 || count > MOST_CHANGES {
@@ -298,6 +310,19 @@ impl Service {
         }
         let (patch, record) = flown.replan(change.at_s, change.changes, &limit)?;
         Ok((Told::Patch(patch), Some(record)))
+    }
+
+    fn land_all(
+        &mut self,
+        asked: LandAll,
+        elapsed_s: &(dyn Fn() -> f64 + Sync),
+    ) -> Result<Done, Refusals> {
+        let limit = Limit::new(asked.time_limit_s, elapsed_s)?;
+        let flown = self.flown()?;
+        asked.revision.map_or(Ok(()), |it| flown.is_meant(it))?;
+        flown.on_time(asked.at_s)?;
+        let (landing, record) = flown.land_all(asked.at_s, &limit)?;
+        Ok((Told::Landing(landing), Some(record)))
     }
 
     fn state(
@@ -335,9 +360,19 @@ impl Service {
     }
 }
 
+/// How often places to land are looked for anew, for drones without a path to theirs. Chosen here:
+/// each time costs a replan of the fleet.
+const MOST_LANDINGS: usize = 3;
+
 /// Longest time from one time told to the next (s): a day. Chosen here: a clock that leaps further
 /// is wrong, and times never go back from what was believed.
 const LONGEST_LEAP_S: f64 = 86_400.0;
+
+/// Why the planner has not gone on.
+enum Failed {
+    Changes(Vec<ChangeError>),
+    Refused(Refusals),
+}
 
 /// What positions say of the drones.
 struct Sighting {
@@ -351,6 +386,17 @@ impl Flown {
             revision: self.revision,
             plan: self.running.plan().clone(),
         }))
+    }
+
+    fn is_meant(&self, given: u64) -> Result<(), Refusals> {
+        let now = self.revision;
+        let (code, what) = match given.cmp(&now) {
+            Ordering::Equal => return Ok(()),
+            Ordering::Less => (Code::StaleRevision, "the plan has changed since"),
+            Ordering::Greater => (Code::FutureRevision, "there is none such yet"),
+        };
+        let message = format!("revision {given} of a plan at revision {now}: {what}");
+        refused(code, "params.revision", message)
     }
 
     fn on_time(&self, at_s: f64) -> Result<(), Refusals> {
@@ -419,6 +465,75 @@ impl Flown {
         }
     }
 
+    /// Has all that fly land, as many as find a place and a path; where that is refused, all is as
+    /// it was.
+    fn land_all(&mut self, at_s: f64, limit: &Limit<'_>) -> Result<(Landing, Record), Refusals> {
+        let mut landings = Landings::of(self.running.plan(), &self.running.world().planning, at_s);
+        let before = self.clone();
+        let mut best: Option<(Flown, Landing, Record)> = None;
+        let mut tries = 0;
+        while tries < MOST_LANDINGS {
+            landings.choose();
+            let changes = landings.changes();
+            if changes.is_empty() {
+                let message = match &landings.without()[..] {
+                    [] => "no drone flies".to_owned(),
+                    drones => format!("there is no place to land for {}", drones.join(", ")),
+                };
+                return refused(Code::Change, "params", message);
+            }
+            let told = match self.replan_or(at_s, changes.clone(), limit) {
+                Ok(told) => told,
+                Err(Failed::Changes(errors)) => {
+                    for error in &errors {
+                        match error {
+                            ChangeError::Misplaced { drone, .. } => landings.ban(drone),
+                            ChangeError::Gone(drone) => landings.leave_out(drone),
+                            _ => return Err(vec![of_change(error, &changes)]),
+                        }
+                    }
+                    limit.check()?;
+                    continue;
+                }
+                Err(Failed::Refused(refusals)) => return Err(refusals),
+            };
+            tries += 1;
+            let (patch, record) = told;
+            let mut not_landing = landings.without();
+            let out = patch.refused.iter().map(|it| &it.name);
+            let out = out.filter(|name| changes.iter().any(|it| name_of(it) == *name));
+            let out: Vec<String> = out.cloned().collect();
+            not_landing.extend(out.iter().cloned());
+            not_landing.sort_unstable();
+            let flown = std::mem::replace(self, before.clone());
+            let revision = patch.revision;
+            let landing = Landing {
+                revision,
+                patch,
+                not_landing,
+            };
+            let is_better = |(_, known, _): &(Flown, Landing, Record)| {
+                landing.not_landing.len() < known.not_landing.len()
+            };
+            if best.as_ref().is_none_or(is_better) {
+                best = Some((flown, landing, record));
+            }
+            if out.is_empty() {
+                break;
+            }
+            for name in &out {
+                landings.ban(name);
+            }
+        }
+        match best {
+            Some((flown, landing, record)) => {
+                *self = flown;
+                Ok((landing, record))
+            }
+            None => refused(Code::Change, "params", "no drone flies"),
+        }
+    }
+
     /// Plans on; where that is refused, or takes too long, all is as it was.
     fn replan(
         &mut self,
@@ -426,7 +541,23 @@ impl Flown {
         changes: Vec<OneChange>,
         limit: &Limit<'_>,
     ) -> Result<(Patch, Record), Refusals> {
-        let asked = self.asked(&changes)?;
+        let done = self.replan_or(at_s, changes.clone(), limit);
+        done.map_err(|failed| match failed {
+            Failed::Refused(refusals) => refusals,
+            Failed::Changes(errors) => {
+                let refusals = errors.iter().map(|it| of_change(it, &changes));
+                refusals.collect()
+            }
+        })
+    }
+
+    fn replan_or(
+        &mut self,
+        at_s: f64,
+        changes: Vec<OneChange>,
+        limit: &Limit<'_>,
+    ) -> Result<(Patch, Record), Failed> {
+        let asked = self.asked(at_s, &changes).map_err(Failed::Refused)?;
         let before = self.running.clone();
         let done = self.tried(at_s, &asked, &changes, limit);
         if done.is_err() {
@@ -449,7 +580,7 @@ impl Flown {
         asked: &[planned::Change],
         changes: &[OneChange],
         limit: &Limit<'_>,
-    ) -> Result<Patch, Refusals> {
+    ) -> Result<Patch, Failed> {
         let known = self.running.plan().violations.clone();
         let stop = || limit.is_over();
         let control = Control {
@@ -457,15 +588,14 @@ impl Flown {
             ..Control::QUIET
         };
         let told = self.running.replan(at_s, asked, &control);
-        let told = told.map_err(|errors| {
-            let refusals = errors.iter().map(|it| of_change(it, changes));
-            refusals.collect::<Refusals>()
-        })?;
-        limit.check()?;
+        let told = told.map_err(Failed::Changes)?;
+        limit.check().map_err(Failed::Refused)?;
         let from_s = told.from_s;
         let plan = self.running.plan();
         let is_new = |it: &&Violation| {
-            it.until_s.is_none_or(|until_s| until_s >= from_s)
+            // What is no plan is none from the beginning.
+            (it.kind == ViolationKind::Malformed
+                || it.until_s.is_none_or(|until_s| until_s >= from_s))
                 && !told.unavoidable.contains(it)
                 && !known.contains(it)
         };
@@ -479,7 +609,7 @@ impl Flown {
                 let place = place_of(&it.name, changes);
                 refusal(Code::NoPlan, place, format!("`{}`: {}", it.name, it.reason))
             });
-            return Err(new.into_iter().chain(out).collect());
+            return Err(Failed::Refused(new.into_iter().chain(out).collect()));
         }
         Ok(self.patch(told))
     }
@@ -506,7 +636,7 @@ impl Flown {
     }
 
     /// Changes as the planner takes them.
-    fn asked(&self, changes: &[OneChange]) -> Result<Vec<planned::Change>, Refusals> {
+    fn asked(&self, at_s: f64, changes: &[OneChange]) -> Result<Vec<planned::Change>, Refusals> {
         let mut wrong = Vec::new();
         let asked = changes.iter().enumerate().filter_map(|(index, it)| {
             let change = match it {
@@ -520,6 +650,19 @@ impl Flown {
                 OneChange::Retask(it) => planned::Change::Retasked {
                     drone: it.drone.clone(),
                     tasks: tasks(&it.tasks),
+                },
+                OneChange::Land(it) if it.over_m.is_none() && self.flies(&it.drone, at_s) => {
+                    let place = format!("params.changes[{index}].land.over_m");
+                    let message = format!(
+                        "`{}` flies: say over which place it lands, or ask `land_all` to find one",
+                        it.drone
+                    );
+                    wrong.push(refusal(Code::Change, place, message));
+                    return None;
+                }
+                OneChange::Land(it) => planned::Change::Landed {
+                    drone: it.drone.clone(),
+                    over_m: it.over_m.map(Point3::from),
                 },
                 OneChange::Add(it) => match self.added(it) {
                     Some(drone) => planned::Change::Added(drone),
@@ -539,6 +682,16 @@ impl Flown {
         } else {
             Err(wrong)
         }
+    }
+
+    /// Whether a drone of the plan is off the ground at a time (s).
+    fn flies(&self, drone: &str, at_s: f64) -> bool {
+        let mut drones = self.running.plan().drones.iter();
+        let entry = drones.find(|it| it.name == drone);
+        entry.is_some_and(|it| {
+            let (from_s, until_s) = it.airborne_s;
+            from_s <= at_s && until_s.is_none_or(|until_s| at_s < until_s)
+        })
     }
 
     fn added(&self, it: &Add) -> Option<world::Drone> {
@@ -582,14 +735,14 @@ impl<'a> Limit<'a> {
     fn is_over(&self) -> bool {
         let is_over = self.limit_s.is_finite() && (self.elapsed_s)() >= self.limit_s;
         if is_over {
-            self.was_over.store(true, Ordering::Relaxed);
+            self.was_over.store(true, atomic::Ordering::Relaxed);
         }
         is_over
     }
 
     /// What was made in time is whole: nothing that was cut short is handed out.
     fn check(&self) -> Result<(), Refusals> {
-        if self.was_over.load(Ordering::Relaxed) || self.is_over() {
+        if self.was_over.load(atomic::Ordering::Relaxed) || self.is_over() {
             let message = format!("not done within {} s; what is flown goes on", self.limit_s);
             return refused(Code::Deadline, "params.time_limit_s", message);
         }
@@ -725,6 +878,7 @@ fn name_of(change: &OneChange) -> &str {
         OneChange::Add(it) => &it.drone,
         OneChange::Remove(it) => &it.drone,
         OneChange::Retask(it) => &it.drone,
+        OneChange::Land(it) => &it.drone,
     }
 }
 

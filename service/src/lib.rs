@@ -15,11 +15,13 @@
 //!
 //! 1. `message`: requests, answers and records as data, with their JSON schema.
 //! 2. `off_plan`: where a drone says it is, against where its plan has it.
-//! 3. `handler`: what a request does.
+//! 3. `landing`: where the drones that fly could land.
+//! 4. `handler`: what a request does.
 
 pub mod message;
 
 mod handler;
+mod landing;
 mod off_plan;
 
 pub use handler::{Handled, ReplayError, Service};

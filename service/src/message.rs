@@ -51,6 +51,8 @@ pub enum Request {
     Change(Change),
     /// Says where drones are.
     State(State),
+    /// Has every drone that flies land, as soon as it may.
+    LandAll(LandAll),
     /// Asks for the plan as it is now.
     Plan,
     /// Ends the plan; another can be opened.
@@ -103,6 +105,8 @@ pub enum OneChange {
     Remove(Remove),
     /// A drone drops what it still had to do, and does this.
     Retask(Retask),
+    /// A drone drops what it still had to do, and lands.
+    Land(Land),
 }
 
 /// A drone is where the plan had it some time ago.
@@ -154,6 +158,34 @@ pub struct Retask {
     pub drone: String,
     /// From now on, in order.
     pub tasks: Vec<Task>,
+}
+
+/// A drone lands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Land {
+    /// Its name.
+    pub drone: String,
+    /// Over which place (m): it comes down from there. Left out, of a drone that stands on the
+    /// ground: it stays there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_m: Option<[f64; 3]>,
+}
+
+/// Every drone that flies lands; one that stands on the ground stays there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LandAll {
+    /// Of the plan that is meant; left out: of whatever it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub revision: Option<u64>,
+    /// When (s); no earlier than any time told before.
+    pub at_s: f64,
+    /// Longest time that it may take (s); when it is over, what is flown goes on. Left out: no
+    /// limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    pub time_limit_s: Option<f64>,
 }
 
 /// A place to reach.
@@ -211,6 +243,53 @@ pub struct Answer {
     pub error: Option<Refusal>,
 }
 
+impl Answer {
+    /// Of a request that is refused before anyone has read what it asks.
+    pub fn refused(code: Code, message: impl Into<String>) -> Answer {
+        let error = Refusal {
+            code,
+            message: message.into(),
+            place: String::new(),
+            also: Vec::new(),
+        };
+        Answer {
+            error: Some(error),
+            ..Answer::default()
+        }
+    }
+
+    /// What it changes in the plan.
+    pub fn patch(&self) -> Option<&Patch> {
+        match &self.result {
+            Some(Told::Patch(patch)) => Some(patch),
+            Some(Told::Seen(seen)) => seen.patch.as_ref(),
+            Some(Told::Landing(landing)) => Some(&landing.patch),
+            _ => None,
+        }
+    }
+}
+
+/// What is told to all that listen, in the order in which it happened.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "event", content = "data", rename_all = "snake_case")]
+pub enum Event {
+    /// The plan has changed.
+    Patch(Patch),
+    /// A plan was opened: ask for it.
+    Opened(At),
+    /// The plan was closed.
+    Closed(Closed),
+    /// What came after the event that was named last is not known any more: ask for the plan.
+    AskPlan(At),
+}
+
+/// Where a plan is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct At {
+    /// Its revision; `null`: none is open.
+    pub revision: Option<u64>,
+}
+
 /// A result.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
@@ -221,6 +300,8 @@ pub enum Told {
     Patch(Patch),
     /// Of `state`.
     Seen(Seen),
+    /// Of `land_all`.
+    Landing(Landing),
     /// Of `close`.
     Closed(Closed),
 }
@@ -274,6 +355,18 @@ pub struct Seen {
     /// Drones that are where their plan neither has nor had them, beyond its margins: no change of
     /// a plan says this. Their plans go on.
     pub off_path: Vec<OffPath>,
+}
+
+/// Who lands, and who does not.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Landing {
+    /// Of the plan with this patch.
+    pub revision: u64,
+    /// What follows.
+    pub patch: Patch,
+    /// Drones that fly and found no place to land, or no path there: they go on with what they had
+    /// to do.
+    pub not_landing: Vec<String>,
 }
 
 /// A drone off its path.
@@ -347,6 +440,30 @@ pub enum Code {
     Deadline,
     /// The verifier found violations in what was planned.
     NotVerified,
+    /// HTTP: there is nothing at this path.
+    UnknownPath,
+    /// HTTP: not with this method.
+    HttpMethod,
+    /// HTTP: the body is not said to be JSON.
+    MediaType,
+    /// HTTP: without the token.
+    Unauthorized,
+    /// HTTP: asked for under the name of another host.
+    ForeignHost,
+    /// HTTP: as many wait as may.
+    Busy,
+    /// HTTP: the body did not come in time.
+    Slow,
+    /// HTTP: the process is about to end.
+    Stopping,
+}
+
+impl Code {
+    /// As it is written in an answer.
+    pub fn name(self) -> String {
+        let value = serde_json::to_value(self).unwrap_or_default();
+        value.as_str().unwrap_or_default().to_owned()
+    }
 }
 
 /// What a journal keeps: each is one line, and replayed they give the same plan.
@@ -376,12 +493,14 @@ pub enum Record {
     Closed,
 }
 
-/// The JSON schema of every message: what goes in, what comes out, and what a journal keeps.
+/// The JSON schema of every message: what goes in, what comes out, what is told to all that listen,
+/// and what a journal keeps.
 pub fn schema() -> schemars::Schema {
     schemars::json_schema!({
         "protocol": PROTOCOL,
         "message": schemars::schema_for!(Message),
         "answer": schemars::schema_for!(Answer),
+        "event": schemars::schema_for!(Event),
         "record": schemars::schema_for!(Record),
     })
 }

@@ -98,6 +98,18 @@ pub(crate) enum Failure {
     Instance(#[from] InstanceError),
     #[error("{}: {reason}", path.display())]
     Journal { path: PathBuf, reason: String },
+    #[error("{}: {reason}", path.display())]
+    Token { path: PathBuf, reason: String },
+    #[error("cannot listen at {address}: {source}")]
+    Listen {
+        address: String,
+        source: std::io::Error,
+    },
+    #[error(
+        "{0} can be reached from other machines: name a file with a token that requests must carry \
+         (--token-file FILE; `openssl rand -hex 32 > FILE` makes one), or listen at 127.0.0.1"
+    )]
+    Unguarded(std::net::SocketAddr),
     #[error("nothing can be held out: {0}")]
     HeldOut(String),
     #[error("cannot start {jobs} threads: {source}")]

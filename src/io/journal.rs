@@ -1,11 +1,9 @@
 //! A file to which lines are added and never changed, so that what was answered outlives the
-//! process.
+//! process; what is over may be left out.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
-
-use serde::Serialize;
 
 use super::failure::Failure;
 
@@ -13,6 +11,9 @@ use super::failure::Failure;
 pub(crate) struct Journal {
     file: File,
     path: PathBuf,
+    /// The file that had the name before, locked for as long as this: who opened it just before it
+    /// lost its name must not write to it.
+    _before: Option<File>,
 }
 
 /// What a journal held when it was opened.
@@ -55,10 +56,7 @@ impl Journal {
             file.sync_all().map_err(Failure::write(path))?;
         }
         if is_new {
-            // The name of a new file is its folder's to keep.
-            let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
-            let folder = File::open(folder.unwrap_or(Path::new(".")));
-            folder
+            File::open(folder_of(path))
                 .and_then(|it| it.sync_all())
                 .map_err(Failure::write(path))?;
         }
@@ -67,19 +65,53 @@ impl Journal {
             .map_err(|_| wrong("it is no journal: not all of it is UTF-8".to_owned()))?;
         let lines = text.lines().map(str::to_owned).collect();
         let path = path.to_owned();
-        Ok((Journal { file, path }, Kept { lines, torn }))
+        let journal = Journal {
+            file,
+            path,
+            _before: None,
+        };
+        Ok((journal, Kept { lines, torn }))
     }
 
     /// Adds a line; it is on the disk when this returns.
-    pub(crate) fn append(&mut self, line: &impl Serialize) -> Result<(), Failure> {
-        let mut text = serde_json::to_string(line).map_err(|error| Failure::Journal {
-            path: self.path.clone(),
-            reason: error.to_string(),
-        })?;
-        text.push('\n');
-        let added = self.file.write_all(text.as_bytes());
+    pub(crate) fn append(&mut self, line: &str) -> Result<(), Failure> {
+        let added = self.file.write_all(format!("{line}\n").as_bytes());
         added
             .and_then(|()| self.file.sync_data())
             .map_err(Failure::write(&self.path))
     }
+
+    /// The same journal with these lines alone, which are on the disk when this returns. Whoever
+    /// opens it at any time, or after a kill, finds it as it was or as it is to be.
+    pub(crate) fn rewritten(self, lines: &[String]) -> Result<Journal, Failure> {
+        let path = self.path.clone();
+        let wrote = || -> io::Result<File> {
+            let mut new = tempfile::Builder::new()
+                .prefix(".journal-")
+                .permissions(self.file.metadata()?.permissions())
+                .append(true)
+                .tempfile_in(folder_of(&path))?;
+            // Before it has the name: nobody finds it unlocked.
+            new.as_file().try_lock()?;
+            for line in lines {
+                writeln!(new, "{line}")?;
+            }
+            new.as_file().sync_all()?;
+            let file = new.persist(&path).map_err(|it| it.error)?;
+            File::open(folder_of(&path))?.sync_all()?;
+            Ok(file)
+        };
+        let file = wrote().map_err(Failure::write(&path))?;
+        Ok(Journal {
+            file,
+            path,
+            _before: Some(self.file),
+        })
+    }
+}
+
+/// The folder that keeps the name of a file.
+fn folder_of(path: &Path) -> &Path {
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }

@@ -1,6 +1,9 @@
 //! `plan serve`, by the built command: what docs/serve.md shows is what it answers, and what it has
 //! answered outlives it.
 
+mod clients;
+mod http;
+
 use std::fs;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
@@ -230,6 +233,55 @@ fn a_torn_last_line_is_dropped_with_a_remark_and_a_broken_one_before_it_is_refus
 }
 
 #[test]
+fn a_journal_without_its_closed_plans_gives_the_same_plan_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let plans = uninterrupted(folder.path());
+    let journal = Some("compact.jsonl");
+    let path = folder.path().join("compact.jsonl");
+    let half = plans.len() / 2;
+    let close = json!({"method": "close"}).to_string();
+    let first = [requests(), vec![close.clone()], requests()[..half].to_vec()].concat();
+    told(folder.path(), journal, &first);
+    let before = fs::read_to_string(&path).unwrap();
+    assert_eq!(before.lines().count(), 1 + first.len());
+
+    let compacted = |lines: &[String]| {
+        let mut server = command(folder.path(), journal);
+        let mut server = server.arg("--compact").spawn().unwrap();
+        let mut input = server.stdin.take().unwrap();
+        for line in lines {
+            writeln!(input, "{line}").unwrap();
+        }
+        drop(input);
+        server.wait_with_output().unwrap()
+    };
+    let plan = json!({"method": "plan"}).to_string();
+    let output = compacted(std::slice::from_ref(&plan));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let dropped = format!("{} lines of closed plans dropped", requests().len() + 1);
+    assert!(said.contains(&dropped), "{said}");
+    let answer = &answers(&output)[0]["result"];
+    assert_eq!(answer["plan"].to_string(), plans[half - 1]);
+    let after = fs::read_to_string(&path).unwrap();
+    let kept: Vec<&str> = before.lines().skip(1 + requests().len() + 1).collect();
+    let header = before.lines().next().unwrap();
+    assert_eq!(after, format!("{header}\n{}\n", kept.join("\n")));
+    // A second time there is nothing to drop.
+    let rest = [requests()[half..].to_vec(), vec![plan.clone()]].concat();
+    let output = compacted(&rest);
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("dropped"));
+    let last = answers(&output).pop().unwrap();
+    assert_eq!(last["result"]["plan"].to_string(), plans[plans.len() - 1]);
+    // With nothing open there is nothing to keep.
+    told(folder.path(), journal, &[close]);
+    let output = compacted(&[plan]);
+    assert_eq!(answers(&output)[0]["error"]["code"], "not_open");
+    assert_eq!(fs::read_to_string(&path).unwrap(), format!("{header}\n"));
+    let left = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 1, "a file was left behind");
+}
+
+#[test]
 fn one_process_at_a_time_writes_to_a_journal() {
     let folder = tempfile::tempdir().unwrap();
     let mut first = command(folder.path(), Some("one.jsonl")).spawn().unwrap();
@@ -243,6 +295,28 @@ fn one_process_at_a_time_writes_to_a_journal() {
     assert!(String::from_utf8_lossy(&second.stderr).contains("another process has it open"));
     drop(input);
     assert_eq!(first.wait().unwrap().code(), Some(0));
+
+    // Nor to one that has just been written anew.
+    let lines = [&requests()[0], r#"{"method": "close"}"#].map(str::to_owned);
+    told(folder.path(), Some("one.jsonl"), &lines);
+    let mut first = command(folder.path(), Some("one.jsonl"));
+    let mut first = first.arg("--compact").spawn().unwrap();
+    let mut input = first.stdin.take().unwrap();
+    let mut output = BufReader::new(first.stdout.take().unwrap());
+    input.write_all(b"{\"method\": \"plan\"}\n").unwrap();
+    output.read_line(&mut String::new()).unwrap();
+    let second = told(folder.path(), Some("one.jsonl"), &requests());
+    assert!(String::from_utf8_lossy(&second.stderr).contains("another process has it open"));
+    // What it answers is in the file that has the name now.
+    input
+        .write_all(format!("{}\n", requests()[0]).as_bytes())
+        .unwrap();
+    output.read_line(&mut String::new()).unwrap();
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let plan = r#"{"method": "plan"}"#.to_owned();
+    let output = told(folder.path(), Some("one.jsonl"), &[plan]);
+    assert_eq!(answers(&output)[0]["result"]["revision"], 1);
 }
 
 #[test]
@@ -312,7 +386,7 @@ fn the_schema_names_every_code_and_the_page_explains_each() {
     let schema: Value = serde_json::from_str(&schema).unwrap();
     assert_eq!(schema["protocol"], "serve/1");
     let methods = schema["message"]["oneOf"].as_array().unwrap();
-    assert_eq!(methods.len(), 5);
+    assert_eq!(methods.len(), 6);
     let page = fs::read_to_string(root().join("docs/serve.md")).unwrap();
     let codes = schema["answer"]["$defs"]["Code"]["oneOf"]
         .as_array()

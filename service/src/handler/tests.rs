@@ -182,7 +182,7 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
         ),
     ];
     for (line, code, place) in cases {
-        let Handled { answer, record } = service.handle(&line, &|| 0.0);
+        let Handled { answer, record, .. } = service.handle(&line, &|| 0.0);
         let error = answer.error.unwrap_or_else(|| panic!("taken: {line}"));
         assert_eq!(error.code, code, "{line}: {error:?}");
         let starts = code == Code::Change && error.place.starts_with(place);
@@ -372,4 +372,120 @@ fn a_change_days_after_the_last_one_is_replayed_without_the_positions_in_between
     again.replay(Record::Opened { scenario, plan }).unwrap();
     again.replay(told.record.unwrap()).unwrap();
     assert_eq!(plan_text(&mut again), plan_text(&mut service));
+}
+
+/// Two that fly, one below them that is yet to take off.
+const THREE: &str = r#"Scenario(
+  name: "three",
+  bounds_m: (min: (0, 0, 0), max: (24, 12, 4)),
+  drones: [
+    (name: "left", airframe: "kolibri", start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (20.5, 2.5, 1.5))]),
+    (name: "right", airframe: "kolibri", start_m: (20.5, 8.5, 1.5), tasks: [(to_m: (2.5, 8.5, 1.5), dwell_s: 60)]),
+    (name: "parked", airframe: "kolibri", start_m: (2.5, 2.5, 0.1), at_start: Landed, tasks: [(to_m: (4.5, 6.5, 1.5))]),
+  ],
+)
+"#;
+
+fn open(scenario: &str) -> Service {
+    let mut service = Service::default();
+    let open = json!({"method": "open", "params": {"scenario": scenario}});
+    let told = tell(&mut service, &open);
+    assert_eq!(told.answer.error, None);
+    service
+}
+
+fn land_all(service: &mut Service, at_s: f64) -> Handled {
+    let params = json!({"at_s": at_s});
+    tell(service, &json!({"method": "land_all", "params": params}))
+}
+
+#[test]
+fn all_that_fly_land_soon_and_near_in_one_patch_and_who_is_on_the_ground_stays_there() {
+    let mut service = open(THREE);
+    let opened_records = {
+        let mut again = Service::default();
+        let open = json!({"method": "open", "params": {"scenario": THREE}});
+        tell(&mut again, &open).record.unwrap()
+    };
+    let at_s = 0.2;
+    let before: Vec<[f64; 3]> = ["left", "right"]
+        .map(|it| planned_m(&service, it, at_s))
+        .to_vec();
+    let parked = service.flown.as_ref().unwrap().running.plan().drones[2].clone();
+    assert!(parked.airborne_s.0 > at_s, "{:?}", parked.airborne_s);
+    let told = land_all(&mut service, at_s);
+    let Some(Told::Landing(landing)) = told.answer.result else {
+        panic!("{:?}", told.answer.error);
+    };
+    assert_eq!((landing.revision, landing.patch.revision), (2, 2));
+    assert_eq!(landing.not_landing, Vec::<String>::new());
+    let plan = service.flown.as_ref().unwrap().running.plan().clone();
+    assert_eq!(planner::verify(&plan).violations, []);
+    for (entry, from_m) in plan.drones.iter().zip(before) {
+        assert_eq!(entry.at_end, planner::plan::AtEnd::Land);
+        let until_s = entry.airborne_s.1.unwrap();
+        assert!(until_s < 12.0, "{}: {until_s}", entry.name);
+        let down_m = entry.trajectory.position_m.last().unwrap();
+        assert!(down_m.z < 0.5, "{down_m}");
+        let from_m = nalgebra::Point3::from(from_m);
+        assert!((down_m.xy() - from_m.xy()).norm() < 4.0, "{down_m}");
+    }
+
+    let stays = &plan.drones[2];
+    assert_eq!(stays.airborne_s, (0.0, Some(0.0)));
+    let there_m = stays.trajectory.position_m.last();
+    assert_eq!(there_m, parked.trajectory.position_m.first());
+
+    // What the journal keeps gives the same plan, and nobody is left to land.
+    let mut replayed = Service::default();
+    replayed.replay(opened_records).unwrap();
+    let patch = replayed.replay(told.record.unwrap()).unwrap();
+    assert_eq!(patch, Some(landing.patch));
+    assert_eq!(plan_text(&mut replayed), plan_text(&mut service));
+    let again = land_all(&mut service, 100.0).answer.error.unwrap();
+    assert_eq!(
+        (again.code, &again.message[..]),
+        (Code::Change, "no drone flies")
+    );
+}
+
+#[test]
+fn one_that_has_no_place_to_land_is_named_and_goes_on() {
+    // On the floor there is room for two, who stand there.
+    let mut service = open(
+        r#"Scenario(
+  name: "shaft",
+  bounds_m: (min: (0, 0, 0), max: (2, 1, 6)),
+  drones: [
+    (name: "one", airframe: "kolibri", start_m: (0.5, 0.5, 0.1), at_start: Landed, at_end: Land),
+    (name: "two", airframe: "kolibri", start_m: (1.5, 0.5, 0.1), at_start: Landed, at_end: Land),
+    (name: "over", airframe: "kolibri", start_m: (0.5, 0.5, 4.5), tasks: [(to_m: (1.5, 0.5, 4.5))]),
+  ],
+)
+"#,
+    );
+    let before = plan_text(&mut service);
+    let told = land_all(&mut service, 0.5);
+    let error = told.answer.error.unwrap();
+    assert_eq!(error.code, Code::Change);
+    assert_eq!(error.message, "there is no place to land for over");
+    assert_eq!((told.record, plan_text(&mut service)), (None, before));
+}
+
+#[test]
+fn a_drone_that_flies_lands_where_it_is_told() {
+    let mut service = open(THREE);
+    let land = |place: Value| json!([{"land": place}]);
+    let nowhere = land(json!({"drone": "left"}));
+    let told = tell(&mut service, &change(1, 2.0, &nowhere));
+    let error = told.answer.error.unwrap();
+    assert_eq!(
+        (error.code, &error.place[..]),
+        (Code::Change, "params.changes[0].land.over_m")
+    );
+    let somewhere = land(json!({"drone": "left", "over_m": [10.5, 4.5, 1.5]}));
+    let told = tell(&mut service, &change(1, 2.0, &somewhere));
+    assert_eq!(told.answer.error, None);
+    let [x, y, z] = planned_m(&service, "left", 60.0);
+    assert!((x - 10.5).abs() < 1e-9 && (y - 4.5).abs() < 1e-9 && z < 0.5);
 }

@@ -1,0 +1,175 @@
+//! Where the drones that fly could land, all of them at once.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Point3;
+use planner::Plan;
+use planner::plan::{AtEnd, DronePlan};
+use planner::scenario::world::Planning;
+
+use crate::message::{Land, OneChange};
+
+/// How far off a landing place is looked for (cells of the lattice to each side). Chosen here: in a
+/// fleet whose landing places fill every second column, 72 of them.
+const REACH_CELLS: i32 = 8;
+/// How far ahead a drone is looked for (s). Chosen here: about what it takes to the next place.
+const AHEAD_S: f64 = 0.5;
+/// Where a coordinate is rounded (1/m): as the lattice's are, so that its places are met exactly.
+const PER_METRE: f64 = 1e9;
+
+/// Landing places for all drones that fly at a moment.
+pub(crate) struct Landings {
+    all: Vec<Landing>,
+    /// Who stands on the ground and is to stay there.
+    grounded: Vec<String>,
+    /// Columns that are taken for good: where, and the body's radius (m).
+    taken: Vec<(Point3<f64>, f64)>,
+    /// What stays clear between two bodies (m).
+    gap_m: f64,
+}
+
+/// One drone's.
+struct Landing {
+    drone: String,
+    radius_m: f64,
+    /// Over which it can land (m), the nearest first.
+    places: Vec<Point3<f64>>,
+    /// Of these, those that will not do.
+    banned: BTreeSet<usize>,
+    chosen: Option<usize>,
+}
+
+impl Landings {
+    /// Of a plan at a time (s). Who lands already, has left or is yet to come is not in it.
+    pub(crate) fn of(plan: &Plan, planning: &Planning, at_s: f64) -> Landings {
+        let mut landings = Landings {
+            all: Vec::new(),
+            grounded: Vec::new(),
+            taken: Vec::new(),
+            gap_m: planning.clearance_m + 2.0 * planning.margins.tracking_m,
+        };
+        for entry in &plan.drones {
+            let radius_m = entry.airframe.body_radius_m;
+            let (lifts_s, _) = entry.airborne_s;
+            let trajectory = &entry.trajectory;
+            let (Some(first_m), Some(last_m), Some(last_s)) = (
+                trajectory.position_m.first(),
+                trajectory.position_m.last(),
+                trajectory.t_s.last(),
+            ) else {
+                continue;
+            };
+            let has_left = entry.at_end == AtEnd::Leave && at_s >= *last_s;
+            let never_flies = entry.airborne_s == (0.0, Some(0.0));
+            if has_left || at_s < entry.enters_s.unwrap_or(0.0) {
+                continue;
+            }
+            let lands = entry.at_end == AtEnd::Land && at_s >= entry.arrives_s;
+            if never_flies || lands {
+                landings.taken.push((*last_m, radius_m));
+            } else if at_s < lifts_s {
+                landings.taken.push((*first_m, radius_m));
+                landings.grounded.push(entry.name.clone());
+            } else {
+                landings.all.push(Landing {
+                    drone: entry.name.clone(),
+                    radius_m,
+                    places: places(plan, entry, planning.cell_m, at_s),
+                    banned: BTreeSet::new(),
+                    chosen: None,
+                });
+            }
+        }
+        landings
+    }
+
+    /// The nearest free place for each drone that has none, in the order of the plan.
+    pub(crate) fn choose(&mut self) {
+        for index in 0..self.all.len() {
+            let one = &self.all[index];
+            if one.chosen.is_none() {
+                let free = |place: &usize| {
+                    !one.banned.contains(place) && self.is_free(one, &one.places[*place])
+                };
+                self.all[index].chosen = (0..one.places.len()).find(free);
+            }
+        }
+    }
+
+    fn is_free(&self, one: &Landing, place_m: &Point3<f64>) -> bool {
+        let chosen = self
+            .all
+            .iter()
+            .filter_map(|it| Some((it.places[it.chosen?], it.radius_m)));
+        let mut taken = self.taken.iter().copied().chain(chosen);
+        taken.all(|(other_m, radius_m)| {
+            let apart_m = (other_m.xy() - place_m.xy()).norm();
+            apart_m >= one.radius_m + radius_m + self.gap_m
+        })
+    }
+
+    /// The place of a drone will not do.
+    pub(crate) fn ban(&mut self, drone: &str) {
+        if let Some(it) = self.all.iter_mut().find(|it| it.drone == drone) {
+            it.banned.extend(it.chosen.take());
+        }
+    }
+
+    /// A drone is not there.
+    pub(crate) fn leave_out(&mut self, drone: &str) {
+        self.all.retain(|it| it.drone != drone);
+        self.grounded.retain(|it| it != drone);
+    }
+
+    /// What is asked of the planner.
+    pub(crate) fn changes(&self) -> Vec<OneChange> {
+        let flying = self.all.iter().filter_map(|it| {
+            let over_m = it.places[it.chosen?];
+            Some((&it.drone, Some(over_m.coords.into())))
+        });
+        let grounded = self.grounded.iter().map(|it| (it, None));
+        let land = |(drone, over_m): (&String, _)| {
+            let drone = drone.clone();
+            OneChange::Land(Land { drone, over_m })
+        };
+        flying.chain(grounded).map(land).collect()
+    }
+
+    /// Those that fly, and for which there is no place.
+    pub(crate) fn without(&self) -> Vec<String> {
+        let without = self.all.iter().filter(|it| it.chosen.is_none());
+        without.map(|it| it.drone.clone()).collect()
+    }
+}
+
+/// Where a drone could land (m), the nearest to where it soon is first, at its height there.
+fn places(plan: &Plan, entry: &DronePlan, cell_m: f64, at_s: f64) -> Vec<Point3<f64>> {
+    let trajectory = &entry.trajectory;
+    let next = trajectory.t_s.partition_point(|t_s| *t_s <= at_s);
+    let next = next.min(trajectory.position_m.len().saturating_sub(1));
+    let ahead_m = trajectory.position_m(at_s + AHEAD_S);
+    let (Some(known_m), Some(ahead_m)) = (trajectory.position_m.get(next), ahead_m) else {
+        return Vec::new();
+    };
+    // Break points are places of the lattice, all but starts and goals.
+    let cells = (ahead_m - known_m) / cell_m;
+    let mut from_m = known_m + cells.map(f64::round) * cell_m;
+    let radius_m = entry.airframe.body_radius_m;
+    let (min, max) = (plan.bounds_m.min, plan.bounds_m.max);
+    from_m.z = from_m.z.min(max.z - radius_m).max(min.z + radius_m);
+    let rounded = |to_m: f64| (to_m * PER_METRE).round() / PER_METRE;
+    let reach = -REACH_CELLS..=REACH_CELLS;
+    let mut steps: Vec<[i32; 2]> = reach
+        .clone()
+        .flat_map(|x| reach.clone().map(move |y| [x, y]))
+        .collect();
+    steps.sort_by_key(|[x, y]| (x * x + y * y, *x, *y));
+    let place = |[x, y]: [i32; 2]| {
+        let moved = |from_m: f64, cells: i32| rounded(from_m + f64::from(cells) * cell_m);
+        Point3::new(moved(from_m.x, x), moved(from_m.y, y), rounded(from_m.z))
+    };
+    let is_inside = |at_m: &Point3<f64>| {
+        (0..2).all(|axis| min[axis] + radius_m <= at_m[axis] && at_m[axis] <= max[axis] - radius_m)
+    };
+    steps.into_iter().map(place).filter(is_inside).collect()
+}
