@@ -200,8 +200,8 @@ impl Track {
         }
     }
 
-    /// Behind by some ticks from a moment on: it stands for that long where it was that long ago,
-    /// and goes on from there.
+    /// Behind by some ticks from a moment on: it stands for that long, and goes on so that from
+    /// then on it flies what it flew that long ago.
     pub(super) fn fall_behind(&mut self, roadmap: &Roadmap, at: Tick, by: u32) {
         let was = Tick(at.0 - by);
         let dwells = self.dwells(roadmap);
@@ -215,6 +215,9 @@ impl Track {
             waypoint.rest_ticks = waypoint.rest_ticks.saturating_sub(gone);
         }
         self.since = at;
+        // What is flown at a moment depends on the path this much earlier, too.
+        let first = self.legs.first().map_or(was, |leg| leg.start);
+        let was = was.before(self.agent.lead_ticks()).max(first);
         let later = |leg: Leg| Leg {
             start: leg.start.after(by),
             end: leg.end.after(by),
@@ -233,7 +236,7 @@ impl Track {
                 }
                 legs.push(Leg {
                     start: was,
-                    end: at,
+                    end: was.after(by),
                     from_m: here_m,
                     to_m: here_m,
                     ..leg

@@ -444,3 +444,26 @@ fn the_path_of_a_smooth_flight_leads_through_the_very_places_of_the_lattice() {
     }
     assert!(through > 50, "{through}");
 }
+
+#[test]
+fn a_late_drone_that_flies_smoothly_is_where_and_as_fast_as_it_was() {
+    let text = tools::instances::hall(6, 1).expect("the hall has room");
+    let world = read_world(&text).expect("in order");
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    for by_s in [0.1, 0.4, 2.5] {
+        let (running, _) =
+            replan(&world, &plan, 3.0, &[late("d1", by_s)], &Control::QUIET).expect("in order");
+        let (was, now) = (
+            &plan.drones[0].trajectory,
+            &running.plan().drones[0].trajectory,
+        );
+        assert!(was.is_smooth() && now.is_smooth());
+        let off_m = |after_s: f64| {
+            let known_m = was.position_m(3.0 - by_s + after_s).expect("there");
+            (now.position_m(3.0 + after_s).expect("there") - known_m).norm()
+        };
+        // Until it can do something else it does what it did.
+        assert!(off_m(0.0) < 1e-9 && off_m(0.1) < 1e-9, "{by_s}");
+    }
+}
