@@ -30,6 +30,7 @@ use crate::scenario::world::World;
 use crate::solver::assemble::assemble;
 use crate::solver::explain::known_cause;
 use crate::solver::fleet::{Run, Solved, by_open_rules, told};
+use crate::solver::relaxed::weaker;
 use crate::verify::{judged, verify};
 
 /// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them
@@ -79,8 +80,8 @@ pub fn plan_region(
         let costmap = run.job.costmap(&all, true, all.drones.len());
         Some((run.paths(costmap, fixed)?, Vec::new()))
     };
-    let relaxed = world.relaxed();
-    let solved = by_open_rules(world, relaxed.as_ref(), control, solve);
+    let weaker = weaker(world);
+    let solved = by_open_rules(world, &weaker, control, solve);
     let Solved {
         run, paths, notes, ..
     } = match solved {

@@ -197,18 +197,29 @@ impl World {
     /// The same without the rules that it does not name; `None` where it names all that hold.
     #[must_use]
     pub fn relaxed(&self) -> Option<World> {
-        let Relaxable { motion, convection } = self.planning.relaxable;
-        let is_smooth = self.planning.motion == PathMotion::Smooth;
-        let (motion, convection) = (motion && is_smooth, convection && self.convection.is_some());
-        (motion || convection).then(|| {
+        let relaxed = self.with_quasi_static_wakes();
+        let straight = relaxed.as_ref().unwrap_or(self).in_straight_motion();
+        straight.or(relaxed)
+    }
+
+    /// The same with quasi-static wakes; `None` where it names what its air does, or they are.
+    pub(crate) fn with_quasi_static_wakes(&self) -> Option<World> {
+        let is_open = self.planning.relaxable.convection && self.convection.is_some();
+        is_open.then(|| {
             let mut relaxed = self.clone();
-            if motion {
-                relaxed.planning.motion = PathMotion::Straight;
-            }
-            if convection {
-                relaxed.convection = None;
-            }
-            relaxed.planning.relaxable = Relaxable::default();
+            relaxed.convection = None;
+            relaxed.planning.relaxable.convection = false;
+            relaxed
+        })
+    }
+
+    /// The same in straight motion; `None` where it names its motion, or that is straight.
+    pub(crate) fn in_straight_motion(&self) -> Option<World> {
+        let is_open = self.planning.relaxable.motion && self.planning.motion == PathMotion::Smooth;
+        is_open.then(|| {
+            let mut relaxed = self.clone();
+            relaxed.planning.motion = PathMotion::Straight;
+            relaxed.planning.relaxable.motion = false;
             relaxed
         })
     }

@@ -24,7 +24,7 @@ use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare, prepare_with};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
-use crate::solver::relaxed::{Why, most_states};
+use crate::solver::relaxed::{Why, most_states, weaker};
 use crate::verify::{harm, judged, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -40,13 +40,13 @@ use crate::verify::{harm, judged, verify};
 /// order.
 pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Problems<WorldError>> {
     world.check()?;
-    let relaxed = world.relaxed();
+    let weaker = weaker(world);
     let Solved {
         mut run,
         paths,
         tried,
         notes,
-    } = match by_open_rules(world, relaxed.as_ref(), control, Run::solve) {
+    } = match by_open_rules(world, &weaker, control, Run::solve) {
         Ok(solved) => solved,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
@@ -93,65 +93,98 @@ impl Solved<'_> {
     }
 }
 
-/// Paths by the rules of a world; or by those of `relaxed`, which is the same without the rules
-/// that it leaves open, where fewer drones are unplanned then.
+/// Paths by the rules of a world; where some drone has none, by those of the next of `weaker`
+/// worlds, each the same with a rule less. The first of those by which the fewest drones are
+/// unplanned.
 ///
 /// # Errors
-/// The conflicts of endpoints, where starts exclude one another.
+/// The conflicts of endpoints, where starts exclude one another by all of them.
 pub(crate) fn by_open_rules<'a>(
     world: &'a World,
-    relaxed: Option<&'a World>,
+    weaker: &'a [World],
     control: &'a Control<'a>,
     solve: impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
 ) -> Result<Solved<'a>, EndpointConflicts> {
-    let attempt = |world: &'a World, is_last: bool| {
-        let mut run = Run::new(world, control)?;
-        if !is_last {
-            if let Some(why) = Why::before(world, &run.job) {
-                return Ok(Err((why, run.effort)));
-            }
-            run.most_expansions = most_states(world);
-            run.is_tried = run.most_expansions.is_some();
-        }
-        Ok(match solve(&mut run) {
-            Some((paths, tried)) => Ok(Solved {
-                run,
-                paths,
-                tried,
-                notes: Vec::new(),
-            }),
-            None => Err((Why::Spent(run.effort.expansions), run.effort)),
-        })
-    };
-    let last = |world: &'a World| {
-        let solved = attempt(world, true)?;
-        Ok(solved.unwrap_or_else(|_| unreachable!("nothing limits the states of a last run")))
-    };
-    let Some(relaxed) = relaxed else {
-        return last(world);
-    };
-    let first = match attempt(world, false) {
-        Ok(Ok(solved)) if solved.unplanned() == 0 => return Ok(solved),
-        first => first,
-    };
-    match (first, last(relaxed)) {
-        (Ok(Ok(first)), Ok(second)) if first.unplanned() <= second.unplanned() => Ok(first),
-        (Ok(Ok(first)), Err(_)) => Ok(first),
-        (Err(conflicts), Err(_)) | (Ok(Err(_)), Err(conflicts)) => Err(conflicts),
-        (first, Ok(mut second)) => {
-            let (why, effort) = match first {
-                Ok(Ok(first)) => {
-                    let more = first.unplanned() - second.unplanned();
-                    (Why::Unplanned(more), first.run.effort)
+    let mut best: Option<Solved<'a>> = None;
+    let mut excluded = None;
+    let mut covered = None;
+    let mut notes = Vec::new();
+    let mut effort = Effort::default();
+    let worlds: Vec<&World> = std::iter::once(world).chain(weaker).collect();
+    for (index, &world) in worlds.iter().enumerate() {
+        let next = worlds.get(index + 1);
+        let still = covered.and_then(|share| Why::of_covered(world, share));
+        let tried = match still.filter(|_| next.is_some()) {
+            Some(why) => Ok(Err((why, Effort::default()))),
+            None => by_rules(world, next.is_some(), control, &solve),
+        };
+        let why = match tried {
+            Ok(Ok(mut solved)) => {
+                let unplanned = solved.unplanned();
+                let fewest = best.as_ref().map(Solved::unplanned);
+                effort.add(&solved.run.effort);
+                if fewest.is_none_or(|fewest| unplanned < fewest) {
+                    solved.notes = notes.clone();
+                    best = Some(solved);
                 }
-                Ok(Err(why)) => why,
-                Err(conflicts) => (Why::Starts(conflicts.count()), Effort::default()),
-            };
-            second.run.effort.add(&effort);
-            second.notes.push(why.note(world, relaxed));
-            Ok(second)
+                if unplanned == 0 || (control.stop)() {
+                    break;
+                }
+                Why::Unplanned(unplanned)
+            }
+            Ok(Err((why, spent))) => {
+                effort.add(&spent);
+                why
+            }
+            Err(conflicts) => {
+                let why = Why::Starts(conflicts.count());
+                excluded.get_or_insert(conflicts);
+                why
+            }
+        };
+        if let Why::Covered(share, _) = why {
+            covered = Some(share);
         }
+        notes.extend(next.map(|next| why.note(world, next)));
     }
+    match (best, excluded) {
+        (Some(mut best), _) => {
+            best.run.effort = Effort {
+                improved_ticks: best.run.effort.improved_ticks,
+                ..effort
+            };
+            Ok(best)
+        }
+        (None, Some(conflicts)) => Err(conflicts),
+        (None, None) => unreachable!("nothing limits the states of the last run"),
+    }
+}
+
+/// Paths by the rules of one world; why they are given up, and what that took, where there `is_more`
+/// to try.
+fn by_rules<'a>(
+    world: &'a World,
+    is_more: bool,
+    control: &'a Control<'a>,
+    solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
+) -> Result<Result<Solved<'a>, (Why, Effort)>, EndpointConflicts> {
+    let mut run = Run::new(world, control)?;
+    if is_more {
+        if let Some(why) = Why::before(world, &run.job) {
+            return Ok(Err((why, run.effort)));
+        }
+        run.most_expansions = most_states(world);
+        run.is_tried = run.most_expansions.is_some();
+    }
+    Ok(match solve(&mut run) {
+        Some((paths, tried)) => Ok(Solved {
+            run,
+            paths,
+            tried,
+            notes: Vec::new(),
+        }),
+        None => Err((Why::Spent(run.effort.expansions), run.effort)),
+    })
 }
 
 /// Larger fleets are not planned to see whether a smaller margin would do: chosen here.
