@@ -60,7 +60,7 @@ impl Recording {
     fn is_flight_log(&self) -> bool {
         self.0.probes.is_none()
             && self.0.receivers.is_empty()
-            && self.0.vehicles.iter().any(|it| it.track.duty.is_some())
+            && self.0.vehicles.iter().any(|it| it.track.is_of_a_force())
     }
 }
 

@@ -287,7 +287,7 @@ fn report(recording: &Recording, finding: &Finding) -> Report {
 
 /// Whether it can only be judged by the forces on its drones.
 pub(crate) fn is_log(recording: &Recording) -> bool {
-    let logs_motors = |vehicle: &Vehicle| vehicle.track.duty.is_some();
+    let logs_motors = |vehicle: &Vehicle| vehicle.track.is_of_a_force();
     recording.probes.is_none()
         && recording.receivers.is_empty()
         && recording.vehicles.iter().any(logs_motors)

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{Group, Level};
 use diagnosis::record::problem::{Problem, Problems};
-use diagnosis::record::read::{self, Campaign};
+use diagnosis::record::read::{self, Campaign, JoinedLog};
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
 use rayon::prelude::*;
@@ -21,6 +21,8 @@ use super::problems::{colour_on_stderr, counted, listed};
 const META: &str = "meta.json";
 /// What speaks for the flights beside it and below it.
 const CAMPAIGN: &str = "campaign.ron";
+/// Bytes of a log that are read at a time.
+const PIECE: usize = 1 << 16;
 /// How many folders above a flight its campaign file is looked for.
 const PARENTS: usize = 2;
 /// A folder of this name holds the flights of the folder that it is in.
@@ -48,10 +50,11 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
             parsed.insert(file, campaign);
         }
     }
+    let (sources, campaigns) = joined(sources, &campaigns, &parsed)?;
     let read: Vec<Result<Result<Recording, Problems>, Failure>> = sources
         .par_iter()
-        .zip(&campaigns)
-        .map(|(source, file)| source.read(file.as_ref().map(|file| &parsed[file])))
+        .zip(campaigns)
+        .map(|(source, file)| source.read(file.map(|file| &parsed[file])))
         .collect();
     let mut recordings = Vec::with_capacity(read.len());
     let (mut problems, mut left_out) = (Vec::new(), Vec::new());
@@ -87,6 +90,67 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
         first.remarks.push(Remark::new(kind, None, message));
     }
     Ok(recordings)
+}
+
+/// Logs that are of one flight by their campaign become one source, which takes the place of the
+/// first.
+fn joined<'f>(
+    sources: Vec<Source>,
+    campaigns: &'f [Option<PathBuf>],
+    parsed: &BTreeMap<&'f PathBuf, Campaign>,
+) -> Result<(Vec<Source>, Vec<Option<&'f PathBuf>>), Failure> {
+    let mut all: Vec<(Source, Option<&PathBuf>)> = sources
+        .into_iter()
+        .zip(campaigns.iter().map(Option::as_ref))
+        .collect();
+    let mut problems = Vec::new();
+    for (&file, campaign) in parsed {
+        for (flight, logs) in &campaign.joined.0 {
+            let place = |all: &[(Source, Option<&PathBuf>)], log: &str| {
+                let is_it = |(source, of): &(Source, Option<&PathBuf>)| {
+                    source.kind == Kind::Log && source.name == log && *of == Some(file)
+                };
+                all.iter().position(is_it)
+            };
+            let there: Vec<&String> = (logs.0.iter().map(|(_, log)| log))
+                .filter(|log| place(&all, log).is_some())
+                .collect();
+            // Another flight of the campaign may be what is asked for.
+            if there.is_empty() {
+                continue;
+            }
+            let mut parts = Vec::new();
+            for (vehicle, log) in &logs.0 {
+                match place(&all, log) {
+                    Some(at) => {
+                        let (source, _) = all.remove(at);
+                        parts.push((vehicle.clone(), log.clone(), source.path));
+                    }
+                    None => problems.push(Problem {
+                        file: file.display().to_string(),
+                        line: None,
+                        field: Some("joined".to_owned()),
+                        message: format!("`{log}` of flight `{flight}` is not among the logs"),
+                        help: Some("name the folder that holds all of its logs".to_owned()),
+                    }),
+                }
+            }
+            let path = parts
+                .first()
+                .map_or_else(PathBuf::new, |(.., path)| path.clone());
+            let source = Source {
+                name: flight.clone(),
+                path,
+                kind: Kind::Joined(parts),
+            };
+            all.push((source, Some(file)));
+        }
+    }
+    if !problems.is_empty() {
+        return Err(refused(Problems(problems)));
+    }
+    all.sort();
+    Ok(all.into_iter().unzip())
 }
 
 /// Takes out logs that hold the same bytes as one before; of each its path and the other's.
@@ -149,6 +213,8 @@ enum Kind {
     Log,
     /// Tables that `ulog2csv` made of one log, whose name theirs begin with.
     Tables,
+    /// Logs of one flight: of each its vehicle, its name and where it is.
+    Joined(Vec<(String, String, PathBuf)>),
 }
 
 /// Adds what is at `path`: a recording, a flight, or a folder of either.
@@ -267,7 +333,7 @@ impl Source {
         let folder = match (&self.kind, meta) {
             (Kind::Folder, _) => return Ok(None),
             (_, Some(file)) => return Ok(Some(file.to_owned())),
-            (Kind::Log, None) => self.path.parent().unwrap_or(Path::new("")),
+            (Kind::Log | Kind::Joined(_), None) => self.path.parent().unwrap_or(Path::new("")),
             (Kind::Tables, None) => &self.path,
         };
         // Parents of a relative path end where the path does; the disk knows further.
@@ -289,8 +355,8 @@ impl Source {
         let file = self.path.display().to_string();
         let bytes = match self.kind {
             Kind::Log => bytes(&self.path).unwrap_or_default(),
-            // PX4's, of which the name says all that is asked.
-            Kind::Tables | Kind::Folder => Vec::new(),
+            // PX4's, of which the name says all that is asked, or such as have one.
+            Kind::Tables | Kind::Folder | Kind::Joined(_) => Vec::new(),
         };
         read::needed(&self.name, &file, &bytes)
     }
@@ -300,9 +366,20 @@ impl Source {
         let campaign = || campaign.expect("every flight has one, or was refused");
         let name = &self.name;
         if self.kind == Kind::Log {
-            let bytes = bytes(&self.path)?;
             let file = self.path.display().to_string();
-            return Ok(read::read_log(name, &file, &bytes, campaign()));
+            return Ok(read::read_log(name, &file, opened(&self.path)?, campaign()));
+        }
+        if let Kind::Joined(parts) = &self.kind {
+            let log = |(vehicle, log, path): &(String, String, PathBuf)| {
+                Ok(JoinedLog {
+                    vehicle: vehicle.clone(),
+                    log: log.clone(),
+                    file: path.display().to_string(),
+                    bytes: opened(path)?,
+                })
+            };
+            let logs = parts.iter().map(log).collect::<Result<Vec<_>, Failure>>()?;
+            return Ok(read::read_joined(name, logs, campaign()));
         }
         let is_wanted = |file: &str| match self.kind {
             Kind::Tables => read::table_name(file).is_some_and(|(of, _, _)| of == name),
@@ -340,18 +417,23 @@ fn head(path: &Path) -> Vec<u8> {
     read.map_or(Vec::new(), |_| head)
 }
 
+/// A log from its beginning, unpacked where its name ends in `.gz`, as it is read.
+fn opened(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
+    let file = fs::File::open(path).map_err(Failure::read(path))?;
+    let file = BufReader::with_capacity(PIECE, file);
+    let is_packed = path.extension().is_some_and(|ending| ending == "gz");
+    Ok(match is_packed {
+        true => {
+            let unpacked = flate2::bufread::MultiGzDecoder::new(file);
+            Box::new(BufReader::with_capacity(PIECE, unpacked))
+        }
+        false => Box::new(file),
+    })
+}
+
 /// The bytes of a file, unpacked where its name ends in `.gz`.
 fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    let file = fs::File::open(path).map_err(Failure::read(path))?;
-    let is_packed = path.extension().is_some_and(|ending| ending == "gz");
-    let bytes = match is_packed {
-        true => {
-            let packed = flate2::bufread::MultiGzDecoder::new(BufReader::new(file));
-            files::bytes_of(packed, MOST_BYTES)
-        }
-        false => files::bytes_of(file, MOST_BYTES),
-    };
-    bytes.map_err(Failure::read(path))
+    files::bytes_of(opened(path)?, MOST_BYTES).map_err(Failure::read(path))
 }
 
 /// Problems one below the other, with their helps, and a last line that counts them.

@@ -672,8 +672,16 @@ fn recordings_of_any_bytes_are_read_or_refused() {
             (name, bytes)
         })
         .collect();
-    let kinds = [b"T", b"U", b"C", b"K", b"B"];
+    let of_bags = LOGS.replace(
+        r#""a": "small", "b": "small""#,
+        r#""cf1": "small", "cf2": "small""#,
+    );
+    let of_bags = Campaign::parse("c.ron", &of_bags).expect("in order");
+    let kinds = [b"T", b"U", b"C", b"K", b"B", b"M", b"M", b"M"];
     let mut seeds: Vec<Vec<u8>> = vec![log(), ulog(), LOGS.into(), card(), dataflash()];
+    // Chunks have checksums; beside them a bag without.
+    let bags = ["plain", "foxglove", "lz4"].map(|name| format!("diagnosis/logs/{name}.mcap"));
+    seeds.extend(bags.map(|bag| std::fs::read(bag).expect("in the repository")));
     seeds
         .iter_mut()
         .zip(kinds)
@@ -693,12 +701,13 @@ fn recordings_of_any_bytes_are_read_or_refused() {
                 [b'T', rest @ ..] => read_log("f", "f.csv", rest, &campaign).is_ok(),
                 [b'U', rest @ ..] => read_log("a", "a.ulg", rest, &campaign).is_ok(),
                 [b'B', rest @ ..] => read_log("a", "a.bin", rest, &campaign).is_ok(),
+                [b'M', rest @ ..] => read_log("a", "a.mcap", rest, &of_bags).is_ok(),
                 // With a checksum that is right, or nothing behind it would be read.
                 [b'K', rest @ ..] => {
                     let crc = crc32fast::hash(rest).to_le_bytes();
                     let log = [rest, &crc].concat();
                     let _ = read_log("a", "a", rest, &campaign);
-                    read_log("a", "a", &log, &campaign).is_ok()
+                    read_log("a", "a", &log[..], &campaign).is_ok()
                 }
                 [b'C', rest @ ..] => std::str::from_utf8(rest)
                     .is_ok_and(|text| Campaign::parse("c.ron", text).is_ok()),

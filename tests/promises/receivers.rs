@@ -13,6 +13,7 @@ use diagnosis::record::recording::{
 };
 use diagnosis::record::remark::RemarkKind;
 use diagnosis::record::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
+use diagnosis::record::track::ThrustSource;
 use diagnosis::thrust::free_flight::flown_n;
 use diagnosis::thrust::identify::{IdentifyError, Lag, Options, identify};
 use diagnosis::thrust::low_pass::LowPass;
@@ -248,6 +249,64 @@ fn the_force_of_a_flight_that_obeys_the_model_is_predicted_and_the_disc_mean_bea
         held_out_force(&flights, &[], &ForceTest { folds: 1, ..test }),
         Err(ForceTestError::Folds(1))
     );
+}
+
+/// The same flight told by something else than duty cycles: rotor speeds that lead to the same
+/// thrust (at 3e-8 N a square of rad/s), thrust that is logged a tenth too high, or the ready force
+/// beside the thrust.
+fn told_otherwise(mut flight: Recording, source: ThrustSource) -> Recording {
+    for vehicle in &mut flight.vehicles {
+        let track = &mut vehicle.track;
+        let thrust_n = flown_n(&truth(), track).unwrap();
+        (track.duty, track.battery_v) = (None, None);
+        match source {
+            ThrustSource::RotorSpeed => {
+                let speed = |thrust_n: &f64| [(thrust_n / 4.0 / 3e-8).sqrt(); 4];
+                track.rotor_speed_radps = Some(thrust_n.iter().map(speed).collect());
+            }
+            ThrustSource::Thrust => {
+                track.thrust_n = Some(thrust_n.iter().map(|of| 1.1 * of).collect());
+            }
+            _ => {
+                let felt = track.specific_force_mps2.take().unwrap();
+                let mass_kg = vehicle.airframe.mass_kg();
+                let rows = felt.iter().zip(&track.attitude).zip(&thrust_n);
+                let force = |((felt, attitude), thrust_n): ((&Vector3<f64>, _), &f64)| {
+                    let attitude: &UnitQuaternion<f64> = attitude;
+                    felt * mass_kg - attitude * Vector3::z() * *thrust_n
+                };
+                track.force_n = Some(rows.map(force).collect());
+                track.thrust_n = Some(thrust_n);
+            }
+        }
+    }
+    flight
+}
+
+#[test]
+fn the_same_force_is_told_by_rotor_speeds_by_thrust_and_as_it_stands() {
+    let test = ForceTest {
+        folds: 4,
+        ..ForceTest::default()
+    };
+    for source in [
+        ThrustSource::RotorSpeed,
+        ThrustSource::Thrust,
+        ThrustSource::ReadyForce,
+    ] {
+        let flights = (1..=4)
+            .map(alone)
+            .chain((1..=4).map(|seed| pair(seed, 0.0)));
+        let flights: Vec<Recording> = flights.map(|of| told_otherwise(of, source)).collect();
+        assert_eq!(flights[0].vehicles[0].track.thrust_source(), Some(source));
+        let skill = held_out_force(&flights, &[], &test).unwrap();
+        // As with duty cycles.
+        assert!(
+            skill.r2_disc_mean > 0.98,
+            "{source:?}: {}",
+            skill.r2_disc_mean
+        );
+    }
 }
 
 #[test]

@@ -117,7 +117,7 @@ pub fn apply_campaign(
 ) -> Result<Applied, CampaignError> {
     let forces = Forces::new(recordings, options)?;
     if forces.rows == 0 {
-        return Err(CampaignError::NoForce);
+        return Err(CampaignError::no_force(recordings));
     }
     let before = forces.predict(&Hypothesis::default());
     let after = forces.predict(correction);

@@ -27,6 +27,9 @@ use crate::thrust::identify::IdentifyError;
 /// Offset (N) that all flights together may have without a fault: 0.2 g.
 const TOLERANCE_N: f64 = 0.002;
 
+/// Most vehicles of which a message says what they lack. Chosen here: a look at them all.
+const MOST_LISTED: usize = 5;
+
 /// Most effects named. Chosen here: beyond four, terms mend the form of others.
 const MOST_EFFECTS: usize = 4;
 
@@ -36,12 +39,40 @@ pub enum CampaignError {
     /// A thrust map is needed and cannot be had.
     #[error("no thrust map: {0}")]
     ThrustMap(#[from] IdentifyError),
-    /// Nothing to compare.
-    #[error("no flight logs specific force, attitude, duty cycles and battery voltage")]
-    NoForce,
+    /// Nothing to compare: what some vehicles lack, in words.
+    #[error("no force in any flight{}", missing(.0))]
+    NoForce(Vec<String>),
+    /// None is near the floor.
+    #[error("no flight is lower than {ABOVE_FLOOR_M} m above the floor for half of its time")]
+    NoneLow,
     /// Too few flights to hold any out.
     #[error("{0} flights; at least {FOLDS} are needed, for whole flights are held out")]
     TooFew(usize),
+}
+
+/// Behind the statement that there is no force.
+fn missing(missing: &[String]) -> String {
+    match missing {
+        [] => "; the drones' places, or the time in the air, are missing".to_owned(),
+        several => format!(": {}", several.join("; ")),
+    }
+}
+
+impl CampaignError {
+    /// Says what the vehicles lack.
+    #[must_use]
+    pub fn no_force(recordings: &[Recording]) -> CampaignError {
+        let vehicles = recordings.iter().flat_map(|recording| {
+            let of = move |vehicle| (recording, vehicle);
+            recording.vehicles.iter().map(of)
+        });
+        let lacks = vehicles.filter_map(|(recording, vehicle)| {
+            let missing = vehicle.track.missing_for_a_force().join(" and ");
+            let words = || format!("`{}` of {} lacks {missing}", vehicle.id, recording.name);
+            (!missing.is_empty()).then(words)
+        });
+        CampaignError::NoForce(lacks.take(MOST_LISTED).collect())
+    }
 }
 
 /// A finding over several flights.
@@ -147,7 +178,7 @@ pub fn diagnose_campaign(
 ) -> Result<CampaignFinding, CampaignError> {
     let forces = Forces::new(recordings, options)?;
     if forces.rows == 0 {
-        return Err(CampaignError::NoForce);
+        return Err(CampaignError::no_force(recordings));
     }
     let base = Hypothesis::default();
     let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / RATE_HZ);

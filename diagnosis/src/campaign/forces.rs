@@ -140,9 +140,10 @@ pub(super) struct Step {
     pub(super) recorded_n: f64,
     /// Height over the floor (m).
     pub(super) height_m: f64,
+    /// Not a number where it is not logged.
     pub(super) battery_v: f64,
-    /// That over its first in the flight.
-    voltage_ratio: f64,
+    /// That over its first in the flight, where it is logged.
+    pub(super) voltage_ratio: Option<f64>,
     /// Whether no drone is above and the floor far away.
     pub(super) is_free: bool,
     /// Drones above whose wake may reach it.
@@ -182,9 +183,10 @@ impl<'a> Forces<'a> {
         let traces = Trace::of_all(recordings, &by_name, 0.0, LOW_PASS);
         let maps = fold_maps(&traces, &fold_of, &identify).map_err(|failed| failed.error)?;
         let of_trace = |trace: &Trace| {
-            let map = FoldMap::of(&maps, fold_of[trace.recording]?, trace.airframe())?;
+            let map = FoldMap::of(&maps, fold_of[trace.recording]?, trace.of);
             let thrust_n = trace.thrust_n(map)?;
-            Part::new(recordings, trace, &thrust_n, flight_of[trace.recording]?)
+            let flight = flight_of[trace.recording]?;
+            Some(Part::new(recordings, trace, &thrust_n, flight))
         };
         let mut parts: Vec<Part> = traces.par_iter().filter_map(of_trace).collect();
         parts.sort_by_key(|part| (part.flight, part.vehicle));
@@ -337,21 +339,17 @@ impl<'a> Forces<'a> {
 }
 
 impl Part {
-    /// One vehicle's flight in equal steps; `None` where it has no battery voltage. `thrust_n`: its
-    /// vertical thrust at each entry.
-    fn new(
-        recordings: &[Recording],
-        trace: &Trace,
-        thrust_n: &[f64],
-        flight: usize,
-    ) -> Option<Part> {
+    /// One vehicle's flight in equal steps. `thrust_n`: its vertical thrust at each entry.
+    fn new(recordings: &[Recording], trace: &Trace, thrust_n: &[f64], flight: usize) -> Part {
         let recording = &recordings[trace.recording];
         let track = &trace.of.track;
         let recorded_n = force::recorded_n(trace, thrust_n, LOW_PASS);
         let mut smooth_n = thrust_n.to_vec();
         trace.smooth(LOW_PASS, &mut smooth_n);
-        let battery_v = track.battery_v.as_deref()?;
-        let first_v = *battery_v.iter().find(|v| v.is_finite() && **v > 0.0)?;
+        let battery_v = track.battery_v.as_deref();
+        let is_known = |v: &&f64| v.is_finite() && **v > 0.0;
+        let first_v = battery_v.and_then(|all| all.iter().find(is_known));
+        let ratio = |row: usize| Some(battery_v?[row] / first_v?);
         let floor_z_m = recording.environment.floor_z_m.unwrap_or(f64::NEG_INFINITY);
         let mut steps: Vec<Step> = Vec::new();
         let mut runs: Vec<Range<usize>> = Vec::new();
@@ -379,8 +377,8 @@ impl Part {
                     thrust_n: smooth_n[row],
                     recorded_n: recorded_n[row],
                     height_m: position_m.z - floor_z_m,
-                    battery_v: battery_v[row],
-                    voltage_ratio: battery_v[row] / first_v,
+                    battery_v: battery_v.map_or(f64::NAN, |all| all[row]),
+                    voltage_ratio: ratio(row),
                     is_free: trace.around[row] == Around::Free,
                     above,
                 });
@@ -389,7 +387,7 @@ impl Part {
                 runs.push(from..steps.len());
             }
         }
-        Some(Part {
+        Part {
             recording: trace.recording,
             vehicle: trace.vehicle,
             flight,
@@ -398,7 +396,7 @@ impl Part {
             judged: Vec::new(),
             is_needed: Vec::new(),
             hover_mps: recording.hover_mps(trace.of),
-        })
+        }
     }
 
     /// Forces (N) at every step that is needed, of the air (m/s) that it meets there.
@@ -423,15 +421,15 @@ impl Part {
                 height_m: Some(step.height_m),
                 gap_m: None,
                 propeller_radius_m: 0.5 * airframe.propeller_diameter_m(),
-                voltage_ratio: Some(step.voltage_ratio),
+                voltage_ratio: step.voltage_ratio,
             });
             if let Some(motion) = &effects.own_motion {
                 alpha = motion.alpha(alpha, velocity_mps.z / self.hover_mps);
                 let forward = velocity_mps.x.hypot(velocity_mps.y) / self.hover_mps;
                 factor *= motion.thrust_ratio(forward);
             }
-            if let Some(battery) = &effects.battery_sag {
-                let throttle = battery.throttle_factor(step.voltage_ratio);
+            if let (Some(battery), Some(ratio)) = (&effects.battery_sag, step.voltage_ratio) {
+                let throttle = battery.throttle_factor(ratio);
                 factor /= throttle * throttle;
             }
             let left = match effects.receiver_alpha(alpha) {

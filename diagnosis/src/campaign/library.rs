@@ -66,6 +66,9 @@ fn edge(candidate: &mut Candidate) {
 
 fn shows(forces: &Forces, alone: bool) -> Shows {
     let jets = forces.judged().map(|(_, step)| step.above.len());
+    let has_battery = forces
+        .judged()
+        .any(|(_, step)| step.voltage_ratio.is_some());
     let lowest_m = forces.judged().map(|(_, step)| step.height_m);
     Shows {
         air: !alone,
@@ -79,7 +82,7 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
         ceiling: false,
         moves: true,
         climbs: true,
-        battery: true,
+        battery: has_battery,
         receiver_moves: false,
         axial_only: false,
         span_s: [0.0, 60.0],

@@ -102,7 +102,7 @@ pub fn offsets(
     let mut offsets: Vec<ClockOffset> = (0..recording.vehicles.len()).map(shared).collect();
     let all = std::slice::from_ref(recording);
     let traces = Trace::of_all(all, &[0], BESIDE_M, low_pass);
-    let force = |trace| Force::of(recording, trace, (*maps.get(trace.vehicle)?)?, low_pass);
+    let force = |trace| Force::of(recording, trace, *maps.get(trace.vehicle)?, low_pass);
     let search = Search {
         recording,
         forces: traces.iter().filter_map(force).collect(),

@@ -19,6 +19,7 @@ use crate::record::baseline::ReceiverAir;
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
 use crate::record::thrust_map::ThrustMap;
+use crate::record::track::ThrustSource;
 use crate::thrust::free_flight::Trace;
 use crate::thrust::low_pass::{self, LowPass};
 
@@ -38,11 +39,11 @@ pub(crate) struct Force<'a> {
 }
 
 impl<'a> Force<'a> {
-    /// `None` where the track has no duty cycles or battery voltage.
+    /// `None` without a map where one is needed.
     pub(crate) fn of(
         recording: &'a Recording,
         trace: &'a Trace<'a>,
-        map: &ThrustMap,
+        map: Option<&ThrustMap>,
         low_pass: LowPass,
     ) -> Option<Force<'a>> {
         let thrust_n = trace.thrust_n(map)?;
@@ -110,9 +111,7 @@ pub fn simulate(
 ) -> (Vec<Sample>, Vec<Remark>) {
     let (mut samples, mut remarks) = (Vec::new(), Vec::new());
     for (index, vehicle) in recording.vehicles.iter().enumerate() {
-        let Some(map) = &vehicle.thrust_map else {
-            continue;
-        };
+        let map = vehicle.thrust_map.as_ref();
         let all = std::slice::from_ref(recording);
         // What is around it matters to identification and judgement only.
         let trace = Trace::new(all, (0, index), Vec::new(), low_pass);
@@ -146,8 +145,13 @@ pub fn simulate(
         let no_force = format!(
             "{unknown} of {entries} entries have no force: specific force, attitude, duty cycle, battery or another drone's place is missing"
         );
-        let outside = map.rows_outside(track.duty.as_deref().unwrap_or_default());
-        let [low, high] = map.duty_range();
+        let duty = track.duty.as_deref().unwrap_or_default();
+        let is_of_duty = trace
+            .as_ref()
+            .is_some_and(|trace| trace.source == ThrustSource::DutyCycle);
+        let map = map.filter(|_| is_of_duty);
+        let outside = map.map_or(0, |map| map.rows_outside(duty));
+        let [low, high] = map.map_or([0.0, 1.0], ThrustMap::duty_range);
         let out_of_range = format!(
             "{outside} of {entries} entries have a motor outside the duty cycles {low:.3} to {high:.3} that the thrust map was fitted in"
         );

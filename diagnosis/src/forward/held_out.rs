@@ -82,7 +82,7 @@ pub enum ForceTestError {
     #[error("{0} folds; at least 2 are needed to hold flights out")]
     Folds(usize),
     /// No vehicle logs all that a force needs.
-    #[error("no vehicle logs specific force, duty cycle and battery voltage")]
+    #[error("no vehicle logs specific force and what tells its thrust, or a ready force")]
     NoForce,
     /// A thrust map could not be identified.
     #[error(transparent)]
@@ -119,7 +119,7 @@ pub fn held_out_force(
     let sums: Vec<Option<(R2Sums, usize)>> = traces
         .par_iter()
         .map(|trace| {
-            let map = FoldMap::of(&maps, fold_of[trace.recording], trace.airframe())?;
+            let map = FoldMap::of(&maps, fold_of[trace.recording], trace.of);
             let clocks_s = clocks_s.get(trace.recording).map_or(&[][..], Vec::as_slice);
             sums(&recordings[trace.recording], trace, clocks_s, map, test)
         })
@@ -162,7 +162,7 @@ pub fn clock_offsets(
 ) -> Vec<Vec<ClockOffset>> {
     let (_, fold_of) = deal(recordings, skill.folds.max(1));
     let one = |(recording, &fold): (&Recording, &usize)| {
-        let map = |of: &Vehicle| FoldMap::of(&skill.maps, fold, of.airframe.name());
+        let map = |of: &Vehicle| FoldMap::of(&skill.maps, fold, of);
         let maps: Vec<Option<&ThrustMap>> = recording.vehicles.iter().map(map).collect();
         clock::offsets(recording, &maps, test.identify.low_pass)
     };
@@ -175,7 +175,7 @@ fn sums(
     recording: &Recording,
     trace: &Trace,
     clocks_s: &[f64],
-    map: &ThrustMap,
+    map: Option<&ThrustMap>,
     test: &ForceTest,
 ) -> Option<(R2Sums, usize)> {
     let force = Force::of(recording, trace, map, test.identify.low_pass)?;
@@ -197,8 +197,7 @@ fn sums(
             continue;
         }
         sums.add(recorded_n, simulated_n);
-        let duty = track.duty.as_ref().map(|duty| duty[row]);
-        outside += usize::from(duty.is_some_and(|duty| !map.covers(duty)));
+        outside += usize::from(map.is_some_and(|map| !trace.is_covered(map, row)));
     }
     Some((sums, outside))
 }

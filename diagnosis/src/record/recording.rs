@@ -125,6 +125,12 @@ pub struct Track {
     pub specific_force_mps2: Option<Vec<Vector3<f64>>>,
     /// Duty cycle of each motor, 0 to 1.
     pub duty: Option<Vec<[f64; 4]>>,
+    /// Speed of each rotor (rad/s), 0 or more.
+    pub rotor_speed_radps: Option<Vec<[f64; 4]>>,
+    /// Thrust of all rotors together (N), where the log states it.
+    pub thrust_n: Option<Vec<f64>>,
+    /// Force beyond thrust and weight (N), in the world, where the log states it ready made.
+    pub force_n: Option<Vec<Vector3<f64>>>,
     /// Battery voltage (V).
     pub battery_v: Option<Vec<f64>>,
     /// Steps longer than this are gaps (s), across which nothing is interpolated.

@@ -52,6 +52,17 @@ pub const CUBIC_FROM_ZERO: [Term; 5] = [
     Term::new(3, 0),
 ];
 
+/// Thrust of a propeller at the square of its speed: one coefficient, as long as its tips stay far
+/// below the speed of sound.
+pub const SQUARE: [Term; 1] = [Term::new(2, 0)];
+
+/// One factor on a thrust that is logged.
+pub const FACTOR: [Term; 1] = [Term::new(1, 0)];
+
+/// Voltage (V) of a full lithium-polymer cell, that the battery is divided by where nothing else is
+/// stated.
+pub(crate) const FULL_CELL_V: f64 = 4.2;
+
 /// Nothing but a constant: what is added to a published map.
 pub const OFFSET: [Term; 1] = [Term::new(0, 0)];
 

@@ -1,6 +1,7 @@
 //! Where a vehicle was between two entries of its track.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use serde::Serialize;
 
 use crate::record::recording::Track;
 
@@ -19,6 +20,23 @@ pub struct Moment {
 /// any drone in the air.
 const IDLE_THROTTLE: f64 = 0.3;
 const IDLE_DUTY: f64 = 0.2;
+/// Mean speed of the rotors (rad/s) below which they are taken to idle or stand. Chosen here: a
+/// fifth of what the largest that are flown turn in hover.
+const IDLE_RADPS: f64 = 50.0;
+
+/// What of a track tells its thrust.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ThrustSource {
+    /// A force beyond thrust and weight, which needs none.
+    ReadyForce,
+    /// The thrust itself.
+    Thrust,
+    /// Speeds of the rotors: thrust goes with their square.
+    RotorSpeed,
+    /// Duty cycles of the motors and battery voltage.
+    DutyCycle,
+}
 
 impl Moment {
     /// Of a column, what `mix` makes of the entries around it and the share.
@@ -79,13 +97,57 @@ impl Track {
         moment.between(column, |from, to, share| from + (to - from) * share)
     }
 
-    /// Whether the rotors are idle at an entry, as far as throttle or duty cycle tell.
+    /// What tells its thrust, of several what needs least to be identified; `None` where nothing
+    /// does.
+    #[must_use]
+    pub fn thrust_source(&self) -> Option<ThrustSource> {
+        let has_duty = self.duty.is_some() && self.battery_v.is_some();
+        [
+            (self.force_n.is_some(), ThrustSource::ReadyForce),
+            (self.thrust_n.is_some(), ThrustSource::Thrust),
+            (self.rotor_speed_radps.is_some(), ThrustSource::RotorSpeed),
+            (has_duty, ThrustSource::DutyCycle),
+        ]
+        .into_iter()
+        .find_map(|(is_there, source)| is_there.then_some(source))
+    }
+
+    /// Whether it can be judged by the force on its drone, whatever else that may lack.
+    #[must_use]
+    pub fn is_of_a_force(&self) -> bool {
+        self.thrust_source().is_some() || self.duty.is_some()
+    }
+
+    /// Columns that a force needs and that are missing, in words; empty where none is.
+    #[must_use]
+    pub fn missing_for_a_force(&self) -> Vec<&'static str> {
+        if self.force_n.is_some() {
+            return Vec::new();
+        }
+        let mut missing = Vec::new();
+        if self.specific_force_mps2.is_none() {
+            missing.push("an acceleration (ax, ay, az)");
+        }
+        match (self.thrust_source(), self.duty.is_some()) {
+            (Some(_), _) => {}
+            (None, true) => missing.push("the battery voltage (vbat)"),
+            (None, false) => {
+                missing.push("motors (pwm1 to pwm4 with vbat, rpm1 to rpm4, or thrust)");
+            }
+        }
+        missing
+    }
+
+    /// Whether the rotors are idle at an entry, as far as throttle, duty cycle or speed tell.
     #[must_use]
     pub fn is_idle(&self, entry: usize) -> bool {
         let throttle = self.throttle_ratio.as_ref().map(|column| column[entry]);
         let duty = self.duty.as_ref().map(|column| column[entry]);
+        let rotors = self.rotor_speed_radps.as_ref();
+        let rotors = rotors.map(|column| column[entry]);
         throttle.is_some_and(|ratio| ratio < IDLE_THROTTLE)
             || duty.is_some_and(|motors| motors.iter().sum::<f64>() / 4.0 < IDLE_DUTY)
+            || rotors.is_some_and(|radps| radps.iter().sum::<f64>() / 4.0 < IDLE_RADPS)
     }
 }
 

@@ -4,11 +4,14 @@
 //! There, `m a_z = T z_z` with `a` the specific force and `z_z` the vertical part of the body's
 //! axis: whatever is left over is the thrust map's fault, not the air's.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
 use crate::record::recording::{Recording, Track, Vehicle};
-use crate::record::thrust_map::{Term, ThrustMap};
+use crate::record::thrust_map::{FULL_CELL_V, Term, ThrustMap};
+use crate::record::track::ThrustSource;
 use crate::thrust::low_pass::{self, LowPass};
 
 /// A drone counts as flying in undisturbed air where no other drone is closer than this, measured
@@ -73,8 +76,12 @@ pub(crate) struct Trace<'a> {
     pub(crate) lift_n: Vec<f64>,
     /// Vertical part of the body's axis.
     pub(crate) upright: Vec<f64>,
-    duty: &'a [[f64; 4]],
-    battery_v: &'a [f64],
+    pub(crate) source: ThrustSource,
+    /// What a thrust map takes for duty cycle and battery (V).
+    motors: Cow<'a, [[f64; 4]]>,
+    battery_v: Cow<'a, [f64]>,
+    /// Vertical thrust (N) that needs no map: beside a ready force.
+    ready_n: Option<Vec<f64>>,
     runs: Vec<std::ops::Range<usize>>,
 }
 
@@ -84,6 +91,11 @@ pub(crate) struct Trace<'a> {
 #[must_use]
 pub fn flown_n(map: &ThrustMap, track: &Track) -> Option<Vec<f64>> {
     let (duty, battery_v) = (track.duty.as_ref()?, track.battery_v.as_ref()?);
+    Some(lagged_n(map, (duty, battery_v), track))
+}
+
+/// Thrust (N) of what stands for duty cycle and battery voltage.
+fn lagged_n(map: &ThrustMap, (duty, battery_v): (&[[f64; 4]], &[f64]), track: &Track) -> Vec<f64> {
     let steady_n = |(&duty, &v): (&[f64; 4], &f64)| map.steady_n(duty, v);
     let mut thrust_n: Vec<f64> = duty.iter().zip(battery_v).map(steady_n).collect();
     let runs = low_pass::runs(&track.t_s, track.longest_step_s, |row| {
@@ -92,12 +104,41 @@ pub fn flown_n(map: &ThrustMap, track: &Track) -> Option<Vec<f64>> {
     for run in runs {
         low_pass::lag(map.lag_s(), &track.t_s[run.clone()], &mut thrust_n[run]);
     }
-    Some(thrust_n)
+    thrust_n
+}
+
+/// Speed of sound (m/s) at 15 °C, by which tips of rotors are made shares: no propeller's tips
+/// reach it.
+const SOUND_MPS: f64 = 340.3;
+/// Logged thrust is made a share of so many weights. Chosen here: beyond any drone's.
+const MOST_WEIGHTS: f64 = 8.0;
+
+/// What stands for the duty cycles of a vehicle, each a share of what is never reached.
+fn motors(source: ThrustSource, of: &Vehicle, weight_n: f64) -> Option<Cow<'_, [[f64; 4]]>> {
+    let track = &of.track;
+    Some(match source {
+        ThrustSource::DutyCycle => Cow::Borrowed(track.duty.as_deref()?),
+        ThrustSource::RotorSpeed => {
+            let per_radps = 0.5 * of.airframe.propeller_diameter_m() / SOUND_MPS;
+            let share = |radps: &[f64; 4]| radps.map(|radps| radps * per_radps);
+            track
+                .rotor_speed_radps
+                .as_ref()?
+                .iter()
+                .map(share)
+                .collect()
+        }
+        ThrustSource::Thrust => {
+            let share = |thrust_n: &f64| [thrust_n / (MOST_WEIGHTS * weight_n); 4];
+            track.thrust_n.as_ref()?.iter().map(share).collect()
+        }
+        ThrustSource::ReadyForce => vec![[0.0; 4]; track.t_s.len()].into(),
+    })
 }
 
 impl<'a> Trace<'a> {
-    /// Every vehicle that logs a force, recordings in the given order; [`Around::Below`] is within
-    /// `under_m` (m) of another drone's axis.
+    /// Every vehicle that logs what a force needs, recordings in the given order;
+    /// [`Around::Below`] is within `under_m` (m) of another drone's axis.
     pub(crate) fn of_all(
         recordings: &'a [Recording],
         in_order: &[usize],
@@ -125,7 +166,7 @@ impl<'a> Trace<'a> {
         vehicles.into_par_iter().filter_map(trace).collect()
     }
 
-    /// `None` without specific force, duty cycles or battery voltage.
+    /// `None` without specific force and what tells thrust, or a ready force.
     pub(crate) fn new(
         recordings: &'a [Recording],
         (recording, vehicle): (usize, usize),
@@ -134,16 +175,39 @@ impl<'a> Trace<'a> {
     ) -> Option<Trace<'a>> {
         let of = recordings.get(recording)?.vehicles.get(vehicle)?;
         let track = &of.track;
-        let duty = track.duty.as_deref()?;
-        let battery_v = track.battery_v.as_deref()?;
+        let source = track.thrust_source()?;
         let mass_kg = of.airframe.mass_kg();
-        let force = track.specific_force_mps2.as_ref()?;
-        let logged_n: Vec<f64> = force.iter().map(|a_mps2| mass_kg * a_mps2.z).collect();
+        let weight_n = mass_kg * recordings[recording].environment.gravity_mps2;
+        let motors = motors(source, of, weight_n)?;
+        // Of a source that does not depend on it, any is as good.
+        let battery_v = match &track.battery_v {
+            Some(battery_v) => Cow::Borrowed(battery_v.as_slice()),
+            None => vec![FULL_CELL_V; track.t_s.len()].into(),
+        };
         let attitudes = track.attitude.iter();
         let upright = attitudes.map(|body_to_world| (body_to_world * Vector3::z()).z);
         let upright: Vec<f64> = upright.collect();
+        let (logged_n, ready_n): (Vec<f64>, Option<Vec<f64>>) = match &track.force_n {
+            None => {
+                let force = track.specific_force_mps2.as_ref()?;
+                (
+                    force.iter().map(|a_mps2| mass_kg * a_mps2.z).collect(),
+                    None,
+                )
+            }
+            Some(force_n) => {
+                // Thrust as logged, or that of hover.
+                let thrust_n: Vec<f64> = match &track.thrust_n {
+                    Some(thrust_n) => thrust_n.iter().zip(&upright).map(|(t, z)| t * z).collect(),
+                    None => vec![weight_n; track.t_s.len()],
+                };
+                let both = force_n.iter().zip(&thrust_n);
+                let lift_n = both.map(|(force_n, thrust_n)| force_n.z + thrust_n);
+                (lift_n.collect(), Some(thrust_n))
+            }
+        };
         let runs = low_pass::runs(&track.t_s, track.longest_step_s, |row| {
-            let motors = duty[row].iter().sum::<f64>();
+            let motors = motors[row].iter().sum::<f64>();
             (logged_n[row] + upright[row] + battery_v[row] + motors).is_finite()
         });
         let mut lift_n = vec![f64::NAN; track.t_s.len()];
@@ -159,8 +223,10 @@ impl<'a> Trace<'a> {
             around,
             lift_n,
             upright,
-            duty,
+            source,
+            motors,
             battery_v,
+            ready_n,
             runs,
         })
     }
@@ -177,18 +243,26 @@ impl<'a> Trace<'a> {
             .map(|(row, _)| row)
     }
 
-    /// Duty cycles and battery voltages of [`Trace::free_rows`].
+    /// What stands for duty cycles, and battery voltages, of [`Trace::free_rows`].
     pub(crate) fn free_duty(&self) -> impl Iterator<Item = ([f64; 4], f64)> + '_ {
         self.free_rows()
-            .map(|row| (self.duty[row], self.battery_v[row]))
+            .map(|row| (self.motors[row], self.battery_v[row]))
     }
 
-    /// Vertical part of the thrust (N) by a map, as flown, lag and all; low-passed only where asked
-    /// for.
-    pub(crate) fn thrust_n(&self, map: &ThrustMap) -> Option<Vec<f64>> {
-        let thrust_n = flown_n(map, &self.of.track)?;
+    /// Vertical part of the thrust (N) by a map, as flown, lag and all; not low-passed. A ready
+    /// force needs no map.
+    pub(crate) fn thrust_n(&self, map: Option<&ThrustMap>) -> Option<Vec<f64>> {
+        if let Some(ready_n) = &self.ready_n {
+            return Some(ready_n.clone());
+        }
+        let thrust_n = lagged_n(map?, (&self.motors, &self.battery_v), &self.of.track);
         let both = thrust_n.iter().zip(&self.upright);
         Some(both.map(|(thrust_n, upright)| thrust_n * upright).collect())
+    }
+
+    /// Whether all motors of an entry are within the range that a map was fitted in.
+    pub(crate) fn is_covered(&self, map: &ThrustMap, row: usize) -> bool {
+        map.covers(self.motors[row])
     }
 
     /// Low-passes a series within the runs of this trace.
@@ -219,7 +293,7 @@ impl<'a> Trace<'a> {
             self.smooth(low_pass, &mut column);
             column
         };
-        let inputs = || self.duty.iter().zip(self.battery_v);
+        let inputs = || self.motors.iter().zip(self.battery_v.iter());
         let of_term = |term: &Term| {
             let value = |(&duty, v): (&[f64; 4], &f64)| term.over_motors(duty, v / reference_v);
             ready(inputs().map(value).collect())

@@ -15,8 +15,11 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::record::recording::Recording;
-use crate::record::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
+use crate::record::recording::{Recording, Vehicle};
+use crate::record::thrust_map::{
+    CUBIC_FROM_ZERO, FACTOR, FULL_CELL_V, SQUARE, Term, ThrustMap, ThrustMapError,
+};
+use crate::record::track::ThrustSource;
 use crate::statistics::quantile::nearest_rank;
 use crate::thrust::free_flight::Trace;
 use crate::thrust::least_squares::{Solved, lag_standard_error_s};
@@ -33,10 +36,6 @@ const HALF_STEP_S: f64 = 0.5 * LAG_STEP_S;
 /// Share of the duty cycles that is left outside the fitted range, half at each end. Chosen here:
 /// the few that lie beyond say nothing.
 const OUTSIDE_SHARE: f64 = 0.01;
-
-/// Voltage (V) of a full lithium-polymer cell, that the battery is divided by where there is no
-/// base.
-const FULL_CELL_V: f64 = 4.2;
 
 /// Rows below which nothing is identified, for each term. Chosen here.
 const ROWS_PER_TERM: usize = 20;
@@ -71,6 +70,23 @@ impl Default for Options {
             base: None,
             lag: Lag::UpTo(0.15),
             low_pass: LowPass { cutoff_hz: 5.0 },
+        }
+    }
+}
+
+impl Options {
+    /// With the terms that suit what tells thrust; those of the options, and their base, are of
+    /// duty cycles.
+    fn of(&self, source: ThrustSource) -> Options {
+        let terms = match source {
+            ThrustSource::DutyCycle => return self.clone(),
+            ThrustSource::RotorSpeed => SQUARE.to_vec(),
+            ThrustSource::Thrust | ThrustSource::ReadyForce => FACTOR.to_vec(),
+        };
+        Options {
+            terms,
+            base: None,
+            ..self.clone()
         }
     }
 }
@@ -133,8 +149,8 @@ pub enum IdentifyError {
 }
 
 /// Identifies one thrust map for the given vehicles, each `(recording, vehicle)` by index. Those
-/// that lack specific force, duty cycle or battery voltage are passed over; they have no rows in
-/// the result.
+/// that lack specific force or what tells thrust, or whose thrust is told by something else than
+/// the first one's, are passed over; they have no rows in the result.
 ///
 /// # Errors
 /// Too few rows, terms that cannot be told apart, or numbers that make no map.
@@ -143,7 +159,9 @@ pub fn identify(
     vehicles: &[(usize, usize)],
     options: &Options,
 ) -> Result<Identification, IdentifyError> {
-    let traces = Trace::of_each(recordings, vehicles.to_vec(), 0.0, options.low_pass);
+    let mut traces = Trace::of_each(recordings, vehicles.to_vec(), 0.0, options.low_pass);
+    let source = traces.first().map(|trace| trace.source);
+    traces.retain(|trace| Some(trace.source) == source);
     Bench::new(traces.iter().collect(), options).fit(|_| true)
 }
 
@@ -164,6 +182,8 @@ pub(crate) fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<u
 pub struct FoldMap {
     /// Name of the airframe.
     pub airframe: String,
+    /// What it takes.
+    pub source: ThrustSource,
     /// The fold held out.
     pub fold: usize,
     /// What was identified.
@@ -172,14 +192,15 @@ pub struct FoldMap {
 }
 
 impl FoldMap {
-    /// That of an airframe for a fold.
+    /// That of a vehicle for a fold; `None` where it has none, or needs none.
     pub(crate) fn of<'m>(
         maps: &'m [FoldMap],
         fold: usize,
-        airframe: &str,
+        vehicle: &Vehicle,
     ) -> Option<&'m ThrustMap> {
-        let mut maps = maps.iter();
-        let one = maps.find(|map| map.fold == fold && map.airframe == airframe)?;
+        let (airframe, source) = (vehicle.airframe.name(), vehicle.track.thrust_source()?);
+        let is_its = |map: &&FoldMap| map.airframe == airframe && map.source == source;
+        let one = maps.iter().find(|map| map.fold == fold && is_its(map))?;
         Some(&one.found.map)
     }
 }
@@ -196,7 +217,8 @@ pub struct FoldError {
     pub error: IdentifyError,
 }
 
-/// A thrust map for every airframe and every fold that holds a flight of it out, airframes by name.
+/// A thrust map for every airframe, what tells its thrust, and every fold that holds a flight of it
+/// out, airframes by name. Ready forces need none.
 /// `fold_of` gives the fold of each recording; one without is never held out.
 ///
 /// # Errors
@@ -206,10 +228,13 @@ pub(crate) fn fold_maps(
     fold_of: &[Option<usize>],
     options: &Options,
 ) -> Result<Vec<FoldMap>, FoldError> {
-    let airframes: BTreeSet<&str> = traces.iter().map(Trace::airframe).collect();
+    let needs_one = |trace: &&Trace| trace.source != ThrustSource::ReadyForce;
+    let kind = |trace: &Trace<'_>| (trace.airframe().to_owned(), trace.source);
+    let kinds: BTreeSet<_> = traces.iter().filter(needs_one).map(kind).collect();
     let mut maps = Vec::new();
-    for airframe in airframes {
-        let own = || traces.iter().filter(|trace| trace.airframe() == airframe);
+    for (airframe, source) in &kinds {
+        let is_own = |trace: &&Trace| trace.airframe() == airframe && trace.source == *source;
+        let own = || traces.iter().filter(is_own);
         let folds: BTreeSet<usize> = own().filter_map(|of| fold_of[of.recording]).collect();
         let bench = Bench::new(own().collect(), options);
         for fold in folds {
@@ -219,12 +244,13 @@ pub(crate) fn fold_maps(
                 false => Err(IdentifyError::NoOtherFlight),
             };
             let failed = |error| FoldError {
-                airframe: airframe.to_owned(),
+                airframe: airframe.clone(),
                 fold,
                 error,
             };
             maps.push(FoldMap {
-                airframe: airframe.to_owned(),
+                airframe: airframe.clone(),
+                source: *source,
                 fold,
                 found: found.map_err(failed)?,
             });
@@ -237,14 +263,16 @@ pub(crate) fn fold_maps(
 /// flights cost little more than one.
 struct Bench<'a> {
     traces: Vec<&'a Trace<'a>>,
-    options: &'a Options,
+    options: Options,
     lags_s: Vec<f64>,
     /// By lag, then by trace.
     grams: Vec<Vec<DMatrix<f64>>>,
 }
 
 impl<'a> Bench<'a> {
-    fn new(traces: Vec<&'a Trace<'a>>, options: &'a Options) -> Bench<'a> {
+    fn new(traces: Vec<&'a Trace<'a>>, options: &Options) -> Bench<'a> {
+        let source = traces.first().map(|trace| trace.source);
+        let options = options.of(source.unwrap_or(ThrustSource::DutyCycle));
         let lags_s: Vec<f64> = match options.lag {
             Lag::Fixed(lag_s) => vec![lag_s],
             Lag::UpTo(most_s) => {
@@ -270,7 +298,7 @@ impl<'a> Bench<'a> {
     }
 
     fn grams_at(&self, lag_s: f64, members: &[usize]) -> Vec<DMatrix<f64>> {
-        let options = self.options;
+        let options = &self.options;
         let base = (options.base.as_ref(), self.reference_v());
         let gram = |&member: &usize| {
             self.traces[member].gram(&options.terms, base, lag_s, options.low_pass)

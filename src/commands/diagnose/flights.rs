@@ -58,7 +58,7 @@ pub(crate) fn options(
         false => Vec::new(),
     };
     if near_the_floor && judge.is_empty() {
-        return Err(CampaignError::NoForce.into());
+        return Err(CampaignError::NoneLow.into());
     }
     Ok(CampaignOptions { alone, judge })
 }

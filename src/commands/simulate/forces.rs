@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
 use diagnosis::record::thrust_map::OFFSET;
+use diagnosis::record::track::ThrustSource;
 use diagnosis::thrust::identify::{Identification, Lag, Options, identify};
 use diagnosis::thrust::low_pass::LowPass;
 use serde::Serialize;
@@ -56,7 +57,9 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
     let mut members_of: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {
         for (vehicle, drone) in of.vehicles.iter().enumerate() {
-            if drone.track.duty.is_some() && drone.track.specific_force_mps2.is_some() {
+            let source = drone.track.thrust_source();
+            let needs_one = source.is_some_and(|source| source != ThrustSource::ReadyForce);
+            if needs_one && drone.track.specific_force_mps2.is_some() {
                 let members = members_of.entry(drone.airframe.name().to_owned());
                 members.or_default().push((recording, vehicle));
             }
@@ -67,7 +70,9 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
     for (airframe, members) in members_of {
         progress.done_one();
         let stated = members.iter().find_map(|&(recording, vehicle)| {
-            recordings[recording].vehicles[vehicle].thrust_map.clone()
+            let of = &recordings[recording].vehicles[vehicle];
+            let is_its = of.track.thrust_source() == Some(ThrustSource::DutyCycle);
+            of.thrust_map.clone().filter(|_| is_its)
         });
         let mut options = Options {
             low_pass: LOW_PASS,

@@ -75,6 +75,14 @@ pub struct Campaign {
     pub types: Pairs<VehicleType>,
     /// Id in the logs and type of every vehicle. With one entry, logs need no column `vehicle`.
     pub vehicles: Pairs<String>,
+    /// Flights whose vehicles wrote a log each, on clocks of their own: name of the flight, and of
+    /// each vehicle its log without its ending: `{ "noon": { "q1": "log_7", "q2": "log_9" } }`.
+    #[serde(default)]
+    pub joined: Pairs<Pairs<String>>,
+    /// Of logs that are joined and have no clock in common: when each begins on one that they are
+    /// given (s).
+    #[serde(default)]
+    pub starts_s: Pairs<Finite>,
     /// Ids of vehicles whose acceleration is not to be used.
     #[serde(default)]
     pub acceleration_unusable: Vec<String>,
@@ -117,6 +125,31 @@ impl Campaign {
             }
         }
         Err(Problems(found.problems))
+    }
+
+    /// One that knows no vehicle.
+    pub(super) fn of_no_one() -> Campaign {
+        Campaign {
+            name: String::new(),
+            source: String::new(),
+            frame: Frame::default(),
+            acceleration: None,
+            quaternion: Turns::default(),
+            pitch: None,
+            clock: None,
+            gravity_mps2: None,
+            air: None,
+            floor_z_m: None,
+            ceiling_z_m: None,
+            crash_tilt_deg: None,
+            baseline: Declared::default(),
+            columns: Pairs::default(),
+            types: Pairs::default(),
+            vehicles: Pairs::default(),
+            joined: Pairs::default(),
+            starts_s: Pairs::default(),
+            acceleration_unusable: Vec::new(),
+        }
     }
 
     /// What simulation means for its flights.
@@ -191,6 +224,17 @@ impl Campaign {
                 let help = did_you_mean(kind, self.types.keys()).or_else(known);
                 let message = format!("\"{kind}\" of `{id}` is not among the types");
                 at("vehicles", &format!("\"{id}\""), message, help);
+            }
+        }
+        let joined = self.joined.0.iter().flat_map(|(flight, logs)| {
+            let of = move |id| (flight, id);
+            logs.keys().map(of)
+        });
+        for (flight, id) in joined {
+            if self.vehicles.get(id).is_none() {
+                let help = did_you_mean(id, self.vehicles.keys());
+                let message = format!("\"{id}\" of `{flight}` is not among the vehicles");
+                at("joined", &format!("\"{flight}\""), message, help);
             }
         }
         for id in &self.acceleration_unusable {

@@ -19,6 +19,10 @@ const FARTHEST_M: f64 = 10_000.0;
 const FASTEST_MPS: f64 = 100.0;
 /// Hardest acceleration (m/s²). Chosen here: 50 g, beyond the ±16 g of the IMUs that are flown.
 const HARDEST_MPS2: f64 = 500.0;
+/// Fastest rotor (rad/s). Chosen here: twice what the smallest racing drones turn.
+const FASTEST_ROTOR_RADPS: f64 = 100_000.0 * std::f64::consts::TAU / 60.0;
+/// Largest force (N). Chosen here: the weight of a tonne.
+const MOST_FORCE_N: f64 = 1e4;
 /// How far a quaternion's norm may be from 1. Chosen here: compressed quaternions are within 0.2 %.
 const NORM_TOLERANCE: f64 = 0.02;
 /// Largest throttle over hover. Chosen here: no multirotor hovers on a fifth of its throttle range.
@@ -171,6 +175,13 @@ fn possible(role: Role) -> Option<(RangeInclusive<f64>, &'static str)> {
             "a throttle outside 0 to 5 times hover",
         ),
         Role::Power => (0.0..=f64::MAX, "a negative power"),
+        // Some motors report the other direction of rotation by a sign; it is taken off.
+        Role::RotorSpeed(_) => (
+            within(FASTEST_ROTOR_RADPS),
+            "a rotor faster than 100 000 rpm",
+        ),
+        Role::Thrust => (0.0..=MOST_FORCE_N, "a thrust outside 0 to 10 kN"),
+        Role::Force(_) => (within(MOST_FORCE_N), "a force beyond 10 kN"),
         // Roll and pitch; a yaw may count turns.
         Role::Angle(0 | 1) => (within(HALF_TURN_RAD), "a roll or pitch beyond half a turn"),
         Role::Time | Role::Quaternion(_) | Role::Angle(_) => return None,

@@ -21,9 +21,15 @@ pub(super) enum Role {
     /// Roll, pitch, yaw.
     Angle(usize),
     Duty(usize),
+    /// rad/s.
+    RotorSpeed(usize),
     Battery,
     Throttle,
     Power,
+    /// Of all rotors together, along the body's axis (N).
+    Thrust,
+    /// Beyond thrust and weight, ready made, in the frame of the positions (N).
+    Force(usize),
 }
 
 impl Role {
@@ -61,6 +67,10 @@ const SHARE: Units = &[
 const VOLTAGE: Units = &[("_v", 1.0), ("_mv", 1e-3)];
 const RATIO: Units = &[("_ratio", 1.0), ("_percent", 1e-2)];
 const POWER: Units = &[("_w", 1.0), ("_mw", 1e-3)];
+/// Turns a minute without a unit, as the name says it.
+const TURNS: Units = &[("", std::f64::consts::TAU / 60.0), ("_radps", 1.0)];
+/// A gram's weight is in standard gravity.
+const FORCE: Units = &[("_n", 1.0), ("_mn", 1e-3), ("_gf", 9.806_65e-3)];
 /// Ends a name in gravities of the recording.
 const GRAVITIES: &str = "_g";
 
@@ -68,7 +78,7 @@ const GRAVITIES: &str = "_g";
 pub(super) type RoleOf = fn(usize) -> Role;
 
 /// Every name without its unit, group by group, what it means and its units.
-const NAMES: [(&[&str], RoleOf, Units); 11] = [
+const NAMES: [(&[&str], RoleOf, Units); 14] = [
     (&["t"], |_| Role::Time, TIME),
     (&["x", "y", "z"], Role::Position, LENGTH),
     (&["vx", "vy", "vz"], Role::Velocity, SPEED),
@@ -76,10 +86,13 @@ const NAMES: [(&[&str], RoleOf, Units); 11] = [
     (&["qx", "qy", "qz", "qw"], Role::Quaternion, NONE),
     (&["roll", "pitch", "yaw"], Role::Angle, ANGLE),
     (&["pwm1", "pwm2", "pwm3", "pwm4"], Role::Duty, SHARE),
+    (&["rpm1", "rpm2", "rpm3", "rpm4"], Role::RotorSpeed, TURNS),
     (&["vbat"], |_| Role::Battery, VOLTAGE),
     (&["battery"], |_| Role::Battery, VOLTAGE),
     (&["throttle"], |_| Role::Throttle, RATIO),
     (&["power"], |_| Role::Power, POWER),
+    (&["thrust"], |_| Role::Thrust, FORCE),
+    (&["fx", "fy", "fz"], Role::Force, FORCE),
 ];
 
 /// Every name without its unit, what it means and its units.
@@ -188,12 +201,11 @@ fn find(file: &str, header: &[String], renamed: &[(String, String)], found: &mut
 /// them.
 pub(super) fn read(
     file: &str,
-    bytes: &[u8],
+    table: Table<'_>,
     renamed: &[(String, String)],
     found: &mut Found,
     check: impl FnOnce(&Columns, &mut Found),
 ) -> Option<(Rows, Columns)> {
-    let table = Table::open(file, bytes, found)?;
     let before = found.problems.len();
     let columns = find(file, table.header(), renamed, found);
     check(&columns, found);

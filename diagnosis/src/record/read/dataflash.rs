@@ -10,18 +10,20 @@
 //! both are turned into ours, **x north, y west, z up**, as PX4's are.
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, ErrorKind};
 
 use super::binary;
 use super::campaign::Campaign;
 use super::columns::Role;
 use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
-use super::found::Found;
+use super::found::{Found, GPS_WITHIN_S, Start};
 use super::log::Log;
-use super::series::{Sources, Stream, joined};
+use super::series::{Sources, Stream, Thinning, joined};
 use crate::record::problem::Problem;
 use crate::record::recording::Recording;
 use crate::record::remark::RemarkKind;
+use crate::statistics::quantile::median;
 
 const SOURCES: Sources = Sources {
     acceleration: "IMU",
@@ -84,14 +86,20 @@ const WANTED: [Wanted; 5] = [
 /// Labels of the field that says which core or sensor speaks; the first does.
 const INSTANCES: [&str; 4] = ["C", "I", "Inst", "Instance"];
 const TIME: &str = "TimeUS";
+/// The message by which logs of several vehicles share a clock, and its status, week and
+/// millisecond.
+const GPS: (&str, [&str; 3]) = ("GPS", ["Status", "GWk", "GMS"]);
+/// Seconds of a week, from the epoch of Unix to that of GPS, and what UTC is behind GPS by since
+/// 2017 (IERS, Bulletin C).
+const WEEK_S: f64 = 604_800.0;
+const GPS_EPOCH_S: f64 = 315_964_800.0;
+const LEAP_S: f64 = 18.0;
+/// Fixes looked at. Chosen here: some minutes, of which the median is taken.
+const MOST_FIXES: usize = 1000;
 
 /// A recording from the bytes of a log. Of the campaign, frame and kind of acceleration are
 /// ArduPilot's own, whatever it says.
-pub(super) fn dataflash(
-    log: &Log<'_>,
-    campaign: &Campaign,
-    found: &mut Found,
-) -> Option<Recording> {
+pub(super) fn dataflash(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
     let campaign = Campaign {
         frame: Frame::NorthEastDown,
         acceleration: Some(Acceleration::SpecificForceInBody),
@@ -100,7 +108,12 @@ pub(super) fn dataflash(
         ..campaign.clone()
     };
     let file = log.file;
-    let (messages, others, broken) = messages(log.bytes);
+    let Read {
+        messages,
+        others,
+        broken,
+        gps_s,
+    } = messages(log.bytes, found);
     if let Some((at, why)) = broken {
         if messages.is_empty() {
             found.problem(Problem::file(file), format!("at byte {at}: {why}"));
@@ -113,6 +126,12 @@ pub(super) fn dataflash(
         let message = format!("{count} messages {name} are not used: another instance is");
         found.remark(RemarkKind::Unused, None, message);
     }
+    let mut gps_s = gps_s;
+    let starts = median(&mut gps_s).map(|gps_s| Start {
+        at_s: gps_s + GPS_EPOCH_S - LEAP_S,
+        within_s: GPS_WITHIN_S,
+    });
+    found.starts = starts;
     of_one(log.name, file, &campaign, found, |id, found| {
         if messages.iter().any(|(name, _)| *name == "RCOU") {
             let message = "motors from RCOU 1 to 4, taken as pulse widths of 1000 to 2000 us";
@@ -137,28 +156,60 @@ struct Declared {
     wanted: Option<(usize, Vec<(usize, u8)>)>,
     time: Option<(usize, u8)>,
     instance: Option<(usize, u8)>,
+    /// Status, week and millisecond, of a message of GPS.
+    gps: Option<[(usize, u8); 3]>,
 }
 
-type Read = (
-    Vec<(&'static str, Stream)>,
-    BTreeMap<String, usize>,
-    Option<(usize, String)>,
-);
+/// What a log holds.
+#[derive(Default)]
+struct Read {
+    messages: Vec<(&'static str, Stream)>,
+    /// How many of other instances are not used.
+    others: BTreeMap<String, usize>,
+    /// Where it breaks off, and why.
+    broken: Option<(usize, String)>,
+    /// Times of GPS (s since its epoch) less those of the log.
+    gps_s: Vec<f64>,
+}
 
-/// Streams of the messages that are wanted, how many of other instances are not, and where the log
-/// breaks off.
-fn messages(bytes: &[u8]) -> Read {
+/// Fills as much of a message as there is; says whether that is all of it.
+fn is_filled(bytes: &mut dyn BufRead, message: &mut [u8]) -> Result<bool, String> {
+    match bytes.read_exact(message) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(false),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Messages that are wanted, one after the other.
+fn messages(bytes: &mut dyn BufRead, found: &mut Found) -> Read {
+    let mut read = Read::default();
     let mut declared: BTreeMap<u8, Declared> = BTreeMap::new();
-    let mut streams: [Stream; WANTED.len()] = Default::default();
-    let mut others = BTreeMap::new();
+    let mut streams: [(Stream, Thinning); WANTED.len()] = Default::default();
     let mut at = 0;
     let mut broken = None;
-    while at < bytes.len() {
-        let rest = &bytes[at..];
-        let [first, second, kind, ..] = *rest else {
-            broken = Some("the log ends within a message".to_owned());
-            break;
-        };
+    loop {
+        let mut head = [0; HEAD_BYTES];
+        match bytes.fill_buf().map(<[u8]>::is_empty) {
+            Ok(true) => break,
+            Ok(false) => {}
+            Err(error) => {
+                broken = Some(error.to_string());
+                break;
+            }
+        }
+        match is_filled(bytes, &mut head) {
+            Ok(true) => {}
+            Ok(false) => {
+                broken = Some("the log ends within a message".to_owned());
+                break;
+            }
+            Err(why) => {
+                broken = Some(why);
+                break;
+            }
+        }
+        let [first, second, kind] = head;
         if [first, second] != MAGIC {
             broken = Some("here no message begins".to_owned());
             break;
@@ -171,10 +222,21 @@ fn messages(bytes: &[u8]) -> Read {
             broken = Some(format!("a message of the type {kind}, which none declares"));
             break;
         }
-        let Some(payload) = rest.get(HEAD_BYTES..length) else {
-            broken = Some("the log ends within a message".to_owned());
-            break;
-        };
+        // A message is at most as long as a byte can say.
+        let mut payload = [0; 256];
+        let payload = &mut payload[..length - HEAD_BYTES];
+        match is_filled(bytes, payload) {
+            Ok(true) => {}
+            Ok(false) => {
+                broken = Some("the log ends within a message".to_owned());
+                break;
+            }
+            Err(why) => {
+                broken = Some(why);
+                break;
+            }
+        }
+        let payload = &*payload;
         if kind == FMT {
             match declaration(payload) {
                 Ok((of, declaration)) => drop(declared.insert(of, declaration)),
@@ -184,13 +246,18 @@ fn messages(bytes: &[u8]) -> Read {
                 }
             }
         } else if let Some(declared) = declared.get(&kind) {
-            gather(declared, payload, &mut streams, &mut others);
+            gather(declared, payload, &mut streams, &mut read);
         }
         at += length;
     }
-    let named = WANTED.iter().map(|(name, _)| *name).zip(streams);
-    let there = named.filter(|(_, stream)| !stream.t_s.is_empty());
-    (there.collect(), others, broken.map(|why| (at, why)))
+    for ((name, _), (stream, thinning)) in WANTED.iter().zip(streams) {
+        thinning.tell(name, found);
+        if !stream.t_s.is_empty() {
+            read.messages.push((name, stream));
+        }
+    }
+    read.broken = broken.map(|why| (at, why));
+    read
 }
 
 /// What a message FMT declares, and of which type.
@@ -229,11 +296,15 @@ fn declaration(payload: &[u8]) -> Result<(u8, Declared), String> {
         Some((of, places?))
     });
     let instances = INSTANCES.iter().find_map(|label| places.get(label));
+    let [status, week, millisecond] = GPS.1.map(|label| places.get(label).copied());
+    let gps = status.zip(week).zip(millisecond);
+    let gps = gps.map(|((status, week), millisecond)| [status, week, millisecond]);
     let declared = Declared {
         length,
         wanted: fields,
         time: places.get(TIME).copied(),
         instance: instances.copied(),
+        gps: gps.filter(|_| name == GPS.0),
     };
     Ok((kind, declared))
 }
@@ -242,19 +313,33 @@ fn declaration(payload: &[u8]) -> Result<(u8, Declared), String> {
 fn gather(
     declared: &Declared,
     payload: &[u8],
-    streams: &mut [Stream; WANTED.len()],
-    others: &mut BTreeMap<String, usize>,
+    streams: &mut [(Stream, Thinning); WANTED.len()],
+    all: &mut Read,
 ) {
-    let (Some((of, places)), Some(time)) = (&declared.wanted, declared.time) else {
+    let Some(time) = declared.time else {
+        return;
+    };
+    let read = |(at, letter): (usize, u8)| value(letter, &payload[at..]);
+    if let Some([status, week, millisecond]) = declared.gps {
+        // Without a fix its time is its own.
+        if read(status) >= 3.0 && all.gps_s.len() < MOST_FIXES {
+            let gps_s = read(week) * WEEK_S + read(millisecond) * 1e-3;
+            all.gps_s.push(gps_s - read(time) * 1e-6);
+        }
+    }
+    let Some((of, places)) = &declared.wanted else {
         return;
     };
     let (name, fields) = WANTED[*of];
     let read = |(at, letter): (usize, u8)| value(letter, &payload[at..]);
     if let Some(instance) = declared.instance.map(read).filter(|of| *of != 0.0) {
-        *others.entry(format!("{name} {instance}")).or_default() += 1;
+        *all.others.entry(format!("{name} {instance}")).or_default() += 1;
         return;
     }
-    let stream = &mut streams[*of];
+    let (stream, thinning) = &mut streams[*of];
+    if !thinning.keeps() {
+        return;
+    }
     stream.t_s.push(read(time) * 1e-6);
     let columns = fields.iter().map(|(_, role, _)| (*role, Vec::new()));
     if stream.columns.is_empty() {
@@ -271,6 +356,7 @@ fn gather(
             _ => raw * factor,
         });
     }
+    stream.thin(thinning);
 }
 
 /// A letter of ArduPilot's as one of Python's `struct`, and what it multiplies by: `c`, `C`, `e`

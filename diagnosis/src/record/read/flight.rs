@@ -5,14 +5,14 @@ use airflow::{Air, Airframe, Jet};
 use nalgebra::Vector3;
 
 use super::campaign::{Campaign, Sourced, VehicleType};
-use super::columns::{self, Role as Column};
+use super::columns::{self, Role as Column, Unit};
 use super::conventions::{CRASH_TILT_DEG, Conventions};
 use super::crazyflie;
-use super::found::{Found, listed};
+use super::found::{Found, Start, listed};
 use super::log::Log;
 use super::plausible;
 use super::samples::Samples;
-use super::table::Table;
+use super::table::{Rows, Table};
 use super::track::track;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
@@ -28,17 +28,16 @@ pub fn read_flight(
     bytes: &[u8],
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
-    Found::recording(|found| flight(&Log { name, file, bytes }, campaign, found))
+    let bytes = &mut &*bytes;
+    Found::recording(|found| flight(Log { name, file, bytes }, campaign, found))
 }
 
 /// A table in CSV. One with the Crazyflie's names needs no `columns`.
-pub(super) fn flight(log: &Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
-    let Log { name, file, bytes } = *log;
-    // What is wrong with the header is told when the table is read.
-    let table = Table::open(file, bytes, &mut Found::default());
-    let header = table.as_ref().map_or(&[][..], Table::header);
-    let campaign = crazyflie::completed(campaign, header);
-    let vehicles = vehicles(file, bytes, &campaign, found)?;
+pub(super) fn flight(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
+    let Log { name, file, bytes } = log;
+    let table = Table::open(file, bytes, found)?;
+    let campaign = crazyflie::completed(campaign, table.header());
+    let vehicles = vehicles((name, file), table, &campaign, found)?;
     recording(name, file, vehicles, &campaign, found)
 }
 
@@ -122,14 +121,18 @@ fn environment(campaign: &Campaign, found: &mut Found) -> Environment {
 }
 
 fn vehicles(
-    file: &str,
-    bytes: &[u8],
+    (name, file): (&str, &str),
+    table: Table<'_>,
     campaign: &Campaign,
     found: &mut Found,
 ) -> Option<Vec<Vehicle>> {
     let renamed = &campaign.columns.0;
-    let (mut rows, columns) = columns::read(file, bytes, renamed, found, |columns, found| {
-        if columns.vehicle.is_none() && campaign.vehicles.0.len() != 1 {
+    let only = match campaign.vehicles.0.as_slice() {
+        [(only, _)] => Some(only.as_str()),
+        _ => campaign.vehicles.keys().find(|id| *id == name),
+    };
+    let (mut rows, columns) = columns::read(file, table, renamed, found, |columns, found| {
+        if columns.vehicle.is_none() && only.is_none() {
             let ids = listed(campaign.vehicles.keys());
             let message = format!("is missing, and the campaign has several vehicles: {ids}");
             found.problem(Problem::field(file, "vehicle").line(1), message);
@@ -143,11 +146,13 @@ fn vehicles(
             found.helped(place, message, Some(help.to_owned()));
         }
     })?;
-    // A table without a column of vehicles is of the only one that the campaign has.
-    if let (None, [(only, _)]) = (columns.vehicle, campaign.vehicles.0.as_slice()) {
-        rows.names = vec![only.clone()];
+    // A table without a column of vehicles is of the only one that the campaign has, or of the one
+    // that the log is named after.
+    if let (None, Some(only)) = (columns.vehicle, only) {
+        rows.names = vec![only.to_owned()];
         rows.named = vec![0; rows.lines.len()];
     }
+    since_its_start(&mut rows, &columns, found);
     let by_vehicle = rows.by_vehicle(file, campaign.vehicles.keys(), found);
     let mut vehicles = Vec::with_capacity(by_vehicle.len());
     for (id, mine) in rows.names.iter().zip(&by_vehicle) {
@@ -159,6 +164,39 @@ fn vehicles(
         vehicles.extend(vehicle(id, file, samples, kind, campaign, found));
     }
     Some(vehicles)
+}
+
+/// Times (s) beyond which they count from an epoch, not from a start. Chosen here: eleven days.
+const EPOCH_S: f64 = 1e6;
+
+/// Times that count from an epoch are counted from the first on.
+fn since_its_start(rows: &mut Rows, columns: &columns::Columns, found: &mut Found) {
+    let mut times = columns.by_role.iter().zip(&mut rows.numbers);
+    let Some(((_, column), times)) = times.find(|((role, _), _)| **role == Column::Time) else {
+        return;
+    };
+    let factor = match column.unit {
+        Unit::Times(factor) => factor,
+        Unit::Gravities => return,
+    };
+    let finite = times.iter().copied().filter(|time| time.is_finite());
+    let Some(first) = finite
+        .reduce(f64::min)
+        .filter(|first| first * factor > EPOCH_S)
+    else {
+        return;
+    };
+    times.iter_mut().for_each(|time| *time -= first);
+    let first_s = first * factor;
+    found.starts = Some(Start {
+        at_s: first_s,
+        within_s: 0.0,
+    });
+    let message = format!(
+        "times count from {first_s:.3} s of column `{}`",
+        column.name
+    );
+    found.remark(RemarkKind::Assumed, None, message);
 }
 
 /// One vehicle with its track; `None` where nothing of it is left.

@@ -116,7 +116,8 @@ fn vehicles(bytes: &[u8], meta: &mut Meta, found: &mut Found) -> Option<()> {
             found.problem(Problem::field(VEHICLES, "vehicle_id").line(1), "is missing");
         }
     };
-    let (rows, columns) = columns::read(VEHICLES, bytes, &[], found, is_named)?;
+    let table = Table::open(VEHICLES, bytes, found)?;
+    let (rows, columns) = columns::read(VEHICLES, table, &[], found, is_named)?;
     let how = Conventions {
         frame: Frame::ZUp,
         acceleration: None,

@@ -9,6 +9,21 @@ use crate::record::remark::{Remark, RemarkKind};
 pub(super) struct Found {
     pub(super) problems: Vec<Problem>,
     pub(super) remarks: Vec<Remark>,
+    /// When the log's own time is 0.
+    pub(super) starts: Option<Start>,
+}
+
+/// How well a log's time is known by messages of its GPS receiver (s), plus or minus. Chosen here:
+/// they come a fifth of a second or less after their fix, each by nearly as much.
+pub(super) const GPS_WITHIN_S: f64 = 0.1;
+
+/// A moment on a clock that other logs may share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Start {
+    /// Since its epoch (s).
+    pub(super) at_s: f64,
+    /// How well that is known (s), plus or minus.
+    pub(super) within_s: f64,
 }
 
 impl Found {

@@ -10,10 +10,12 @@
 //! tables with their metadata, and `probes` of one; `campaign`: what the logs of some flights leave
 //! unsaid; `log`: the kinds of logs; `flight`: one table; `series`: streams brought together;
 //! `binary`: packed numbers; `crazyflie` and `usd`: its names, and its card; `ulog`: PX4;
-//! `dataflash`: ArduPilot; `needed`: what a log without metadata asks for.
+//! `dataflash`: ArduPilot; `cdr` and `mcap`: messages of ROS 2, and bags of them; `joined`:
+//! logs of several vehicles as one; `needed`: what a log without metadata asks for.
 
 mod binary;
 mod campaign;
+mod cdr;
 mod checks;
 mod columns;
 mod conventions;
@@ -23,8 +25,10 @@ mod declared;
 mod flight;
 mod folder;
 mod found;
+mod joined;
 mod json;
 mod log;
+mod mcap;
 mod needed;
 mod plausible;
 mod probes;
@@ -42,6 +46,7 @@ pub use conventions::{Acceleration, Frame, Pitch, Turns};
 pub use declared::Declared;
 pub use flight::read_flight;
 pub use folder::{FOLDER_FILES, read_folder};
+pub use joined::{JoinedLog, read_joined};
 pub use log::{LOG_FILES, LOG_HEAD_BYTES, log_name, read_log};
 pub use needed::needed;
 pub use ulog::{read_ulog_tables, table_name};

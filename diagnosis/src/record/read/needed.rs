@@ -7,6 +7,7 @@ use super::columns::{self, Role};
 use super::crazyflie;
 use super::found::Found;
 use super::log::is_table;
+use super::mcap::{self, MAGIC};
 use super::table::Table;
 
 /// Most vehicles that are listed. Chosen here: more are written by hand or by a script.
@@ -55,6 +56,8 @@ pub fn needed(name: &str, file: &str, bytes: &[u8]) -> String {
         let column = columns.into_iter().find_map(|name| table.column(name))?;
         Some(table.read(&[], Some(column), &mut found).names)
     });
+    let in_bag = bytes.starts_with(MAGIC).then(|| mcap::vehicles(bytes));
+    let names = names.or(in_bag.filter(|names| !names.is_empty()));
     let mut names = names.unwrap_or_else(|| vec![name.to_owned()]);
     names.sort();
     names.truncate(MOST_VEHICLES);

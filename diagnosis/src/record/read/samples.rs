@@ -91,6 +91,7 @@ impl Samples {
             if let Role::Position(1 | 2)
             | Role::Velocity(1 | 2)
             | Role::Acceleration(1 | 2)
+            | Role::Force(1 | 2)
             | Role::Quaternion(1 | 2)
             | Role::Angle(1 | 2) = role
             {

@@ -4,13 +4,19 @@
 use super::columns::Role;
 use super::found::Found;
 use super::samples::Samples;
+use super::table::thin;
 use crate::record::remark::RemarkKind;
+use crate::statistics::quantile::median;
 
 /// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which
 /// are logged at 10 Hz or faster ...
 const NEAR_S: f64 = 0.2;
 /// ... and the battery, logged at 1 Hz or faster.
 const BATTERY_NEAR_S: f64 = 3.0;
+
+/// Longest median step (s) between speeds of rotors that go before what the motors are given.
+/// Chosen here: forces are compared up to 3 Hz.
+const SLOWEST_ROTORS_S: f64 = 0.11;
 
 /// Records that share their times: as many entries in every column, in SI.
 #[derive(Debug, Default)]
@@ -40,7 +46,19 @@ pub(super) fn joined(
     let Stream { t_s, columns } = streams.remove(place);
     let mut samples = Samples::default();
     samples.columns.extend(columns);
+    let is_of_duty = |stream: &Stream| stream.column(Role::Duty(0)).is_some();
+    let has_duty = streams.iter().any(is_of_duty) || samples.columns.contains_key(&Role::Duty(0));
     for stream in streams {
+        let is_of_speed = stream.column(Role::RotorSpeed(0)).is_some() && !is_of_duty(&stream);
+        if let (true, true, Some(step_s)) = (has_duty, is_of_speed, stream.median_step_s())
+            && step_s > SLOWEST_ROTORS_S
+        {
+            let message = format!(
+                "speeds of rotors are logged every {step_s:.2} s, too seldom: what the motors are given is used"
+            );
+            found.remark(RemarkKind::Unused, Some(id), message);
+            continue;
+        }
         for (role, column) in stream.at(&t_s) {
             samples.columns.entry(role).or_insert(column);
         }
@@ -52,7 +70,11 @@ pub(super) fn joined(
         ("motors", sources.motors, Role::Duty(0)),
         ("battery", sources.battery, Role::Battery),
     ] {
-        if !samples.columns.contains_key(&role) {
+        let is_there = |role| samples.columns.contains_key(&role);
+        let is_other = role == Role::Duty(0) && is_there(Role::RotorSpeed(0));
+        // Speeds of rotors stand for both motors and battery.
+        let is_other = is_other || role == Role::Battery && is_there(Role::RotorSpeed(0));
+        if !is_there(role) && !is_other {
             let message = format!("the log has no {what} ({names}): no force can be told from it");
             found.remark(RemarkKind::Assumed, Some(id), message);
         }
@@ -60,10 +82,67 @@ pub(super) fn joined(
     Some(samples)
 }
 
+/// Most entries kept of a stream. Chosen here: three quarters of an hour at 100 Hz; all columns
+/// that are known of as many take some hundred megabytes on their way.
+const MOST_ENTRIES: usize = 1 << 18;
+
+/// Which entries of a long stream are kept.
+#[derive(Debug)]
+pub(super) struct Thinning {
+    stride: usize,
+    met: usize,
+}
+
+impl Default for Thinning {
+    fn default() -> Thinning {
+        Thinning { stride: 1, met: 0 }
+    }
+}
+
+impl Thinning {
+    /// Whether the next entry is to be kept.
+    pub(super) fn keeps(&mut self) -> bool {
+        self.met += 1;
+        (self.met - 1).is_multiple_of(self.stride)
+    }
+
+    /// After one was kept, of so many: which of them stay, where that became too many.
+    pub(super) fn leaves(&mut self, kept: usize) -> Option<Vec<bool>> {
+        if kept < MOST_ENTRIES {
+            return None;
+        }
+        self.stride *= 2;
+        Some((0..kept).map(|entry| entry.is_multiple_of(2)).collect())
+    }
+
+    /// A remark, where not all are kept.
+    pub(super) fn tell(&self, what: &str, found: &mut Found) {
+        if self.stride > 1 {
+            let message = format!("{what}: one entry in {} is kept", self.stride);
+            found.remark(RemarkKind::Unused, None, message);
+        }
+    }
+}
+
 impl Stream {
+    /// Leaves some entries, as a thinning says.
+    pub(super) fn thin(&mut self, thinning: &mut Thinning) {
+        if let Some(keep) = thinning.leaves(self.t_s.len()) {
+            thin(&mut self.t_s, &keep);
+            self.columns
+                .iter_mut()
+                .for_each(|(_, column)| thin(column, &keep));
+        }
+    }
+
     fn column(&self, role: Role) -> Option<&Vec<f64>> {
         let found = self.columns.iter().find(|(other, _)| *other == role);
         found.map(|(_, column)| column)
+    }
+
+    fn median_step_s(&self) -> Option<f64> {
+        let steps = self.t_s.windows(2).map(|pair| pair[1] - pair[0]);
+        median(&mut steps.collect::<Vec<_>>())
     }
 
     /// Its columns at other times.

@@ -1,6 +1,8 @@
 //! A comma-separated table as numbers: only the columns that are asked for, each fault at its line
 //! and column.
 
+use std::io::Read;
+
 use super::found::{Found, did_you_mean, listed};
 use crate::record::problem::Problem;
 use crate::record::remark::RemarkKind;
@@ -13,8 +15,12 @@ const MOST_REPORTED: usize = 5;
 pub(super) struct Table<'b> {
     file: &'b str,
     header: Vec<String>,
-    reader: csv::Reader<&'b [u8]>,
+    reader: csv::Reader<Box<dyn Read + 'b>>,
 }
+
+/// Most rows kept of a table. Chosen here: those of a dozen vehicles over half an hour at 100 Hz,
+/// and half a gigabyte with all columns that are known.
+const MOST_ROWS: usize = 1 << 21;
 
 /// The columns that were asked for.
 #[derive(Debug, Default)]
@@ -31,13 +37,16 @@ pub(super) struct Rows {
 
 impl<'b> Table<'b> {
     /// Reads the header; `None` when there is none that could be used.
-    pub(super) fn open(file: &'b str, bytes: &'b [u8], found: &mut Found) -> Option<Table<'b>> {
+    pub(super) fn open(
+        file: &'b str,
+        bytes: impl Read + 'b,
+        found: &mut Found,
+    ) -> Option<Table<'b>> {
         let before = found.problems.len();
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
             .trim(csv::Trim::Headers)
-            .from_reader(bytes);
+            .from_reader(Box::new(bytes) as Box<dyn Read>);
         let header: Vec<String> = match reader.headers() {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(error) => {
@@ -121,6 +130,8 @@ impl<'b> Table<'b> {
         let mut faults = vec![0_usize; numbers.len()];
         let mut misshapen = 0_usize;
         let mut record = csv::ByteRecord::new();
+        // Rows of each name, and of how many one is kept.
+        let (mut met, mut stride) = (Vec::<usize>::new(), 1);
         loop {
             match self.reader.read_byte_record(&mut record) {
                 Ok(true) => {}
@@ -140,6 +151,12 @@ impl<'b> Table<'b> {
                 }
                 continue;
             }
+            let which = names.map_or(0, |column| rows.name(&record[column]));
+            met.resize(met.len().max(which + 1), 0);
+            met[which] += 1;
+            if !(met[which] - 1).is_multiple_of(stride) {
+                continue;
+            }
             for (at, &column) in numbers.iter().enumerate() {
                 let number = number(&record[column]).unwrap_or_else(|| {
                     faults[at] += 1;
@@ -152,11 +169,18 @@ impl<'b> Table<'b> {
                 });
                 rows.numbers[at].push(number);
             }
-            if let Some(column) = names {
-                let which = rows.name(&record[column]);
+            if names.is_some() {
                 rows.named.push(which);
             }
             rows.lines.push(line);
+            if rows.lines.len() >= MOST_ROWS {
+                rows.thin();
+                stride *= 2;
+            }
+        }
+        if stride > 1 {
+            let message = format!("{}: one row in {stride} of each vehicle is kept", self.file);
+            found.remark(RemarkKind::Unused, None, message);
         }
         for (&column, &count) in numbers.iter().zip(&faults) {
             if count > MOST_REPORTED {
@@ -204,6 +228,22 @@ impl Rows {
         by_name
     }
 
+    /// Leaves every other row of each name.
+    fn thin(&mut self) {
+        let mut odd = vec![false; self.names.len().max(1)];
+        let keep = |row: usize| {
+            let odd = &mut odd[self.named.get(row).copied().unwrap_or(0)];
+            *odd = !*odd;
+            *odd
+        };
+        let keep: Vec<bool> = (0..self.lines.len()).map(keep).collect();
+        thin(&mut self.lines, &keep);
+        thin(&mut self.named, &keep);
+        self.numbers
+            .iter_mut()
+            .for_each(|column| thin(column, &keep));
+    }
+
     /// Index of a name.
     fn name(&mut self, name: &[u8]) -> usize {
         let mut names = self.names.iter();
@@ -213,6 +253,12 @@ impl Rows {
             self.names.len() - 1
         })
     }
+}
+
+/// Leaves the rows that are to be kept; an empty column stays so.
+pub(super) fn thin<T>(column: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    column.retain(|_| *keep.next().unwrap_or(&true));
 }
 
 /// The number in a cell: NaN for an empty one, `None` for anything else that is no number.

@@ -97,7 +97,16 @@ pub(super) fn track(
         let rows = keep.iter();
         rows.map(|&row| motors.map(|duty| duty[row])).collect()
     });
+    let rotor_speed = samples.group::<4>(Role::RotorSpeed).map(|rotors| {
+        let rows = keep.iter();
+        // Of some motors the sign is that of their direction.
+        rows.map(|&row| rotors.map(|radps| radps[row].abs()))
+            .collect()
+    });
     let read = Track {
+        rotor_speed_radps: rotor_speed,
+        thrust_n: column(Role::Thrust),
+        force_n: vectors(Role::Force),
         throttle_ratio: column(Role::Throttle),
         power_w: column(Role::Power),
         battery_v: column(Role::Battery),

@@ -6,6 +6,7 @@
 //! above the place where the estimator started. One log, one vehicle.
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, Read as _};
 use std::ops::Range;
 
 use px4_ulog::stream_parser::model::{
@@ -17,15 +18,15 @@ use super::campaign::Campaign;
 use super::columns::{Role, RoleOf};
 use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
-use super::found::Found;
+use super::found::{Found, GPS_WITHIN_S, Start};
 use super::log::Log;
 use super::samples::Samples;
-use super::series::{Sources, Stream, joined};
-use super::table::Table;
+use super::series::{Sources, Stream, Thinning, joined};
+use super::table::{Table, thin};
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
-use crate::statistics::quantile::nearest_rank;
+use crate::statistics::quantile::{median, nearest_rank};
 
 /// What `actuator_outputs` holds: in words, of a motor that stands, of one that is given all there
 /// is, and the lowest and highest value that is such a one (PX4: `PWM_MAIN_MIN` and `PWM_MAIN_MAX`
@@ -43,9 +44,12 @@ const OUTPUTS: [(&str, [f64; 2], [f64; 2]); 2] = [
 const TURNS: f64 = 0.1;
 const CHANGES: f64 = 0.01;
 
+/// rad/s of one turn a minute.
+const RADPS_OF_RPM: f64 = std::f64::consts::TAU / 60.0;
+
 /// A recording from the bytes of a ULog. Of the campaign, frame and kind of acceleration are PX4's
 /// own, whatever it says.
-pub(super) fn ulog(log: &Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
+pub(super) fn ulog(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
     let topics = from_ulog(log.file, log.bytes, found)?;
     flight(log.name, log.file, &topics, campaign, found)
 }
@@ -82,7 +86,7 @@ fn flight(
 
 const SOURCES: Sources = Sources {
     acceleration: "vehicle_acceleration, sensor_combined",
-    motors: "actuator_motors, actuator_outputs",
+    motors: "actuator_motors, actuator_outputs, esc_status",
     battery: "battery_status",
 };
 
@@ -111,6 +115,13 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
             columns: columns.map(|(axis, of)| (role(axis), of)).collect(),
         }
     };
+    for ((name, _), topic) in topics {
+        topic.thinning.tell(name, found);
+    }
+    let clocks = ["vehicle_gps_position", "sensor_gps"].into_iter();
+    found.starts = clocks
+        .filter_map(first)
+        .find_map(|gps| starts(gps, start_us));
     let mut position_m = position_m.to_vec();
     continued(id, position, &mut position_m, found);
     let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
@@ -137,10 +148,35 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
     if let Some((topic, motors)) = motors(id, topics, found) {
         streams.push(stream(topic, Role::Duty, motors));
     }
+    if let Some((topic, logged)) = whole("esc_status", 0..4) {
+        // Of controllers that do not tell, all are 0.
+        let turns = |motor: &Vec<f64>| motor.iter().any(|rpm| *rpm != 0.0);
+        if logged.iter().all(turns) {
+            let radps = |motor: &Vec<f64>| motor.iter().map(|rpm| rpm * RADPS_OF_RPM).collect();
+            let speeds = logged.iter().map(radps).collect();
+            streams.push(stream(topic, Role::RotorSpeed, speeds));
+        }
+    }
     if let Some((topic, logged)) = whole("battery_status", 0..1) {
         streams.push(stream(topic, |_| Role::Battery, logged.to_vec()));
     }
     joined(id, streams, &SOURCES, found)
+}
+
+/// When the autopilot's clock reads `start_us`, by its GPS receiver.
+fn starts(gps: &Topic, start_us: f64) -> Option<Start> {
+    let [utc_us] = gps.whole(0..1)? else {
+        return None;
+    };
+    let both = utc_us.iter().zip(&gps.t_us);
+    // 0 without a fix.
+    let known = both.filter(|(utc_us, _)| **utc_us > 0.0);
+    let mut ahead_us: Vec<f64> = known.map(|(utc_us, t_us)| utc_us - t_us).collect();
+    let ahead_us = median(&mut ahead_us)?;
+    Some(Start {
+        at_s: (start_us + ahead_us) * 1e-6,
+        within_s: GPS_WITHIN_S,
+    })
 }
 
 /// Duty cycles of four motors: of the instance of `actuator_motors`, else of `actuator_outputs`, in
@@ -279,12 +315,13 @@ fn only_valid(
 }
 
 /// One topic over time.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 struct Topic {
     /// Time since the start of the autopilot (µs).
     t_us: Vec<f64>,
     /// In the order of [`READ`], each as long as the times; shorter where some record lacks it.
     fields: Vec<Vec<f64>>,
+    thinning: Thinning,
 }
 
 impl Topic {
@@ -322,6 +359,12 @@ const POSITION: Fields = &[
 const EVERY_INSTANCE: [&str; 2] = ["actuator_motors", "actuator_outputs"];
 const MOTORS: Fields = &["control[0]", "control[1]", "control[2]", "control[3]"];
 const PULSES: Fields = &["output[0]", "output[1]", "output[2]", "output[3]"];
+const TURNS_A_MINUTE: Fields = &[
+    "esc[0].esc_rpm",
+    "esc[1].esc_rpm",
+    "esc[2].esc_rpm",
+    "esc[3].esc_rpm",
+];
 const ACCELEROMETER: Fields = &[
     "accelerometer_m_s2[0]",
     "accelerometer_m_s2[1]",
@@ -330,7 +373,7 @@ const ACCELEROMETER: Fields = &[
 
 /// What is read, with the fields that a flight has; more are there, and the older of two topics
 /// stands in for the newer.
-const READ: [(&str, Fields); 7] = [
+const READ: [(&str, Fields); 10] = [
     ("vehicle_local_position", POSITION),
     ("vehicle_attitude", &["q[0]", "q[1]", "q[2]", "q[3]"]),
     ("vehicle_acceleration", &["xyz[0]", "xyz[1]", "xyz[2]"]),
@@ -338,6 +381,9 @@ const READ: [(&str, Fields); 7] = [
     ("actuator_motors", MOTORS),
     ("actuator_outputs", PULSES),
     ("battery_status", &["voltage_v"]),
+    ("esc_status", TURNS_A_MINUTE),
+    ("vehicle_gps_position", &["time_utc_usec"]),
+    ("sensor_gps", &["time_utc_usec"]),
 ];
 
 fn fields_of(topic: &str) -> Option<(&'static str, Fields)> {
@@ -346,7 +392,7 @@ fn fields_of(topic: &str) -> Option<(&'static str, Fields)> {
 
 /// The topics of a ULog. What stands before a broken record is read; that it breaks off is a
 /// remark.
-fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<Topics> {
+fn from_ulog(file: &str, bytes: &mut dyn BufRead, found: &mut Found) -> Option<Topics> {
     let mut topics = Topics::new();
     let mut others: BTreeMap<String, usize> = BTreeMap::new();
     let mut dropouts_ms: Vec<u32> = Vec::new();
@@ -391,30 +437,38 @@ fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<Topics> {
 
 /// Header and flags of a ULog, which say where data were appended after a crash (bytes): 16, and 3
 /// + 40 for the flags.
-const HEAD_BYTES: usize = 59;
+const HEAD_BYTES: u64 = 59;
 
 /// Parses a log: what was written in one go, then what was appended to it. Says whether the first
 /// part ends with a whole record.
-fn sections(bytes: &[u8], parser: &mut LogParser<'_>) -> Result<bool, String> {
+fn sections(bytes: &mut dyn BufRead, parser: &mut LogParser<'_>) -> Result<bool, String> {
     let said = |error: UlogParseError| error.description;
-    let (head, rest) = bytes.split_at(bytes.len().min(HEAD_BYTES));
-    parser.consume_bytes(head).map_err(said)?;
+    let mut head = Vec::new();
+    let read = bytes.take(HEAD_BYTES).read_to_end(&mut head);
+    read.map_err(|error| error.to_string())?;
+    parser.consume_bytes(&head).map_err(said)?;
     let appended = parser.appended_offsets().iter().copied();
-    let appended =
-        appended.filter_map(|offset| usize::try_from(offset).ok()?.checked_sub(HEAD_BYTES));
-    let mut cuts: Vec<usize> = appended
-        .filter(|&cut| cut > 0 && cut < rest.len())
-        .collect();
+    let mut cuts: Vec<u64> = appended.filter(|&cut| cut > HEAD_BYTES).collect();
     cuts.sort_unstable();
-    cuts.push(rest.len());
-    let (mut from, mut is_whole) = (0, true);
-    for cut in cuts {
-        parser.consume_bytes(&rest[from..cut]).map_err(said)?;
-        is_whole &= !parser.has_leftover();
-        parser.clear_leftover();
-        from = cut;
+    let mut cuts = cuts.into_iter().peekable();
+    let (mut at, mut is_whole) = (HEAD_BYTES, true);
+    loop {
+        let piece = bytes.fill_buf().map_err(|error| error.to_string())?;
+        if piece.is_empty() {
+            return Ok(is_whole && !parser.has_leftover());
+        }
+        if cuts.next_if_eq(&at).is_some() {
+            is_whole &= !parser.has_leftover();
+            parser.clear_leftover();
+        }
+        // Cuts may stand twice.
+        while cuts.next_if(|cut| *cut <= at).is_some() {}
+        let to_cut = cuts.peek().and_then(|cut| usize::try_from(cut - at).ok());
+        let length = piece.len().min(to_cut.unwrap_or(usize::MAX));
+        parser.consume_bytes(&piece[..length]).map_err(said)?;
+        bytes.consume(length);
+        at += length as u64;
     }
-    Ok(is_whole)
 }
 
 /// Adds a record to its topic; of most only the first instance.
@@ -436,6 +490,9 @@ fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<
         return;
     };
     let topic = topics.entry((name, instance)).or_default();
+    if !topic.thinning.keeps() {
+        return;
+    }
     topic.fields.resize(wanted.len(), Vec::new());
     // Exact for the first 285 years after switching on.
     topic.t_us.push(t_us as f64);
@@ -443,6 +500,14 @@ fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<
         let mut there = message.flattened_format.fields.iter();
         let there = there.find(|of| of.flattened_field_name == field);
         values.extend(there.and_then(|of| value(of, message.data)));
+    }
+    if let Some(keep) = topic.thinning.leaves(topic.t_us.len()) {
+        // A field that some record lacks counts as missing, and shall not look whole.
+        let whole = topic.t_us.len();
+        let is_lacking = |field: &&mut Vec<f64>| field.len() < whole;
+        (topic.fields.iter_mut().filter(is_lacking)).for_each(Vec::clear);
+        thin(&mut topic.t_us, &keep);
+        topic.fields.iter_mut().for_each(|field| thin(field, &keep));
     }
 }
 
@@ -461,6 +526,8 @@ fn value(field: &FlattenedField, data: &[u8]) -> Option<f64> {
         FlattenedFieldType::UInt16 => u16::from_le_bytes(bytes_at(data, at)?).into(),
         FlattenedFieldType::Int16 => i16::from_le_bytes(bytes_at(data, at)?).into(),
         FlattenedFieldType::UInt32 => u32::from_le_bytes(bytes_at(data, at)?).into(),
+        // Exact below 2^53: a time of day in us is.
+        FlattenedFieldType::UInt64 => u64::from_le_bytes(bytes_at(data, at)?) as f64,
         FlattenedFieldType::Int32 => i32::from_le_bytes(bytes_at(data, at)?).into(),
         _ => return None,
     })
@@ -481,7 +548,7 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
             found.remark(RemarkKind::Unused, None, message);
             continue;
         }
-        let Some(table) = Table::open(file, bytes, found) else {
+        let Some(table) = Table::open(file, bytes.as_slice(), found) else {
             continue;
         };
         let Some(stamp) = table.column(TIMESTAMP) else {
@@ -496,7 +563,13 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
         let field = |place: &Option<usize>| place.and_then(|_| numbers.next());
         let fields = places.iter().map(field).map(Option::unwrap_or_default);
         let fields = fields.collect();
-        topics.insert((name, instance), Topic { t_us, fields });
+        let thinning = Thinning::default();
+        let topic = Topic {
+            t_us,
+            fields,
+            thinning,
+        };
+        topics.insert((name, instance), topic);
     }
     topics
 }

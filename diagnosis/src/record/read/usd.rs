@@ -15,7 +15,7 @@ use super::crazyflie;
 use super::flight::of_one;
 use super::found::{Found, did_you_mean, listed};
 use super::log::Log;
-use super::series::{Sources, Stream, joined};
+use super::series::{Sources, Stream, Thinning, joined};
 use crate::record::problem::Problem;
 use crate::record::recording::Recording;
 use crate::record::remark::RemarkKind;
@@ -27,10 +27,14 @@ const SOURCES: Sources = Sources {
 };
 /// Bytes of the checksum.
 const CRC_BYTES: usize = 4;
+/// Longest log. Chosen here: its checksum stands at its end, so that all of it is held; an hour of
+/// all that a Crazyflie can log at 1 kHz.
+const MOST_BYTES: u64 = 512 << 20;
 
-pub(super) fn usd(log: &Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
+pub(super) fn usd(mut log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {
     let file = log.file;
-    let mut types = match event_types(log.bytes) {
+    let bytes = log.whole(MOST_BYTES, found)?;
+    let mut types = match event_types(&bytes) {
         Ok(types) => types,
         Err(Broken { at, why }) => {
             found.problem(Problem::file(file), format!("at byte {at}: {why}"));
@@ -67,7 +71,7 @@ pub(super) fn usd(log: &Log<'_>, campaign: &Campaign, found: &mut Found) -> Opti
         let message = format!("variables of {file} that are not used: {}", listed(unused));
         found.remark(RemarkKind::Unused, None, message);
     }
-    let streams = match events(log.bytes, &types) {
+    let streams = match events(&bytes, &types, found) {
         Ok(streams) => streams,
         Err(Broken { at, why }) => {
             found.problem(Problem::file(file), format!("at byte {at}: {why}"));
@@ -220,7 +224,7 @@ fn head(cursor: &mut Cursor<'_>) -> Result<(Vec<EventType>, u16), Broken> {
 }
 
 /// Events by their types: what is taken of each, in SI.
-fn events(bytes: &[u8], types: &[EventType]) -> Result<Vec<Stream>, Broken> {
+fn events(bytes: &[u8], types: &[EventType], found: &mut Found) -> Result<Vec<Stream>, Broken> {
     let bytes = checked(bytes)?;
     let mut cursor = Cursor { bytes, at: 0 };
     let (_, version) = head(&mut cursor)?;
@@ -232,6 +236,8 @@ fn events(bytes: &[u8], types: &[EventType]) -> Result<Vec<Stream>, Broken> {
         }
     };
     let mut streams: Vec<Stream> = types.iter().map(stream).collect();
+    let thinning = |_: &EventType| Thinning::default();
+    let mut thinnings: Vec<Thinning> = types.iter().map(thinning).collect();
     while cursor.at < bytes.len() {
         let id = cursor.u16("an event")?;
         let Some(place) = types.iter().position(|of| of.id == id) else {
@@ -242,8 +248,11 @@ fn events(bytes: &[u8], types: &[EventType]) -> Result<Vec<Stream>, Broken> {
             1 => f64::from(u32::from_le_bytes(cursor.take("an event")?)) * 1e-3,
             _ => u64::from_le_bytes(cursor.take("an event")?) as f64 * 1e-6,
         };
-        let stream = &mut streams[place];
-        stream.t_s.push(t_s);
+        let (stream, thinning) = (&mut streams[place], &mut thinnings[place]);
+        let is_kept = thinning.keeps();
+        if is_kept {
+            stream.t_s.push(t_s);
+        }
         let mut columns = stream.columns.iter_mut();
         for variable in &types[place].variables {
             let length = size(variable.letter).unwrap_or(0);
@@ -251,12 +260,17 @@ fn events(bytes: &[u8], types: &[EventType]) -> Result<Vec<Stream>, Broken> {
                 return cursor.broken("the log ends within an event");
             };
             cursor.at += length;
-            if let Some((_, factor)) = variable.is
+            if is_kept
+                && let Some((_, factor)) = variable.is
                 && let Some((_, column)) = columns.next()
             {
                 column.push(value(variable.letter, raw) * factor);
             }
         }
+        stream.thin(thinning);
+    }
+    for thinning in &thinnings {
+        thinning.tell("events of one type", found);
     }
     Ok(streams)
 }

@@ -179,3 +179,40 @@ fn a_log_without_a_position_is_an_error() {
     let said = "00000007.bin: `XKF1`: is missing: there is no position in this log";
     assert_eq!(problem(&log.0), said);
 }
+
+#[test]
+fn the_clock_of_gps_says_when_a_log_begins() {
+    let mut log = Writer(flight());
+    let gps = "TimeUS,I,Status,GMS,GWk,NSats";
+    log.declare(90, 20, "GPS", "QBBIHB", gps);
+    // Week 2300, 100 s, at 62 s of the log; one without a fix says nothing.
+    for (status, week) in [(1, 0_u16), (3, 2300)] {
+        let stamp = 62_000_000_u64.to_le_bytes();
+        let time = [&100_000_u32.to_le_bytes()[..], &week.to_le_bytes()].concat();
+        log.put(90, &[&stamp[..], &[0, status], &time, &[9]].concat());
+    }
+    let campaign = Campaign::parse("c.ron", CAMPAIGN).expect("in order");
+    let mut found = Found::default();
+    let bytes = &mut &log.0[..];
+    super::super::log::read_into("q", "q.bin", bytes, &campaign, &mut found).expect("in order");
+    // 2024-02-04 00:01:40 of GPS is 18 s more than UTC; the log began 62 s before.
+    let start = found.starts.expect("a fix");
+    assert_eq!(start.at_s, 1_707_004_900.0 - 18.0 - 62.0);
+}
+
+#[test]
+fn of_a_long_log_every_second_message_is_kept_and_that_is_said() {
+    let mut log = Writer(Vec::new());
+    log.declare(80, 36, "XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD");
+    for tick in 0..300_000_u64 {
+        let stamp = (tick * 2_500).to_le_bytes();
+        log.put(
+            80,
+            &[&stamp[..], &[0; 21], &(-3_f32).to_le_bytes()].concat(),
+        );
+    }
+    let recording = read(&log.0).expect("in order");
+    assert_eq!(recording.vehicles[0].track.t_s.len(), 150_000);
+    let said = |of: &crate::record::remark::Remark| of.message == "XKF1: one entry in 2 is kept";
+    assert!(recording.remarks.iter().any(said));
+}

@@ -69,8 +69,14 @@ impl Log {
 /// Two seconds: north at 1 m/s, 2 m east, 3 m up, level with the nose east; the estimator distrusts
 /// itself in the last sample.
 fn flight() -> Log {
+    flight_with(&[])
+}
+
+/// The same, with definitions that it does not use.
+fn flight_with(others: &[&str]) -> Log {
     let mut log = Log::new();
     log.formats();
+    (others.iter()).for_each(|format| log.record(b'F', format.as_bytes()));
     for (id, topic) in [
         "vehicle_local_position",
         "vehicle_attitude",
@@ -207,7 +213,7 @@ fn what_is_no_log_or_has_no_position_is_an_error() {
     empty.formats();
     empty.subscribe(0, 4, "battery_status");
     empty.data(4, 0, &[16.0], &[]);
-    let problems = read_log("flight", "flight.ulg", &empty.0, &campaign())
+    let problems = read_log("flight", "flight.ulg", &empty.0[..], &campaign())
         .expect_err("is refused")
         .0;
     assert_eq!(
@@ -217,13 +223,57 @@ fn what_is_no_log_or_has_no_position_is_an_error() {
 }
 
 #[test]
+fn speeds_of_rotors_and_the_clock_of_gps_are_read() {
+    for (every, is_read) in [(5, true), (40, false)] {
+        let mut log = flight_with(&[
+            "esc_report:uint64_t timestamp;int32_t esc_rpm;float esc_voltage;",
+            "esc_status:uint64_t timestamp;uint8_t esc_count;esc_report[4] esc;",
+            "vehicle_gps_position:uint64_t timestamp;uint64_t time_utc_usec;",
+        ]);
+        log.subscribe(0, 8, "esc_status");
+        log.subscribe(0, 9, "vehicle_gps_position");
+        for tick in (0..200_u64).step_by(every) {
+            let mut payload = [
+                &8_u16.to_le_bytes()[..],
+                &(5_000_000 + tick * 10_000).to_le_bytes(),
+                &[4],
+            ]
+            .concat();
+            for rpm in [3000_i32, -3000, 3300, -3300] {
+                payload.extend(0_u64.to_le_bytes());
+                payload.extend(rpm.to_le_bytes());
+                payload.extend(16_f32.to_le_bytes());
+            }
+            log.record(b'D', &payload);
+        }
+        for utc_us in [0_u64, 1_700_000_001_000_000] {
+            let stamps = [6_000_000, utc_us].map(u64::to_le_bytes).concat();
+            log.record(b'D', &[&9_u16.to_le_bytes()[..], &stamps].concat());
+        }
+        let mut found = Found::default();
+        let bytes = &mut &log.0[..];
+        let read = super::super::log::read_into("f", "f.ulg", bytes, &campaign(), &mut found);
+        let recording = read.expect("in order");
+        let speeds = track(&recording).rotor_speed_radps.as_ref();
+        assert_eq!(speeds.is_some(), is_read, "every {every} ticks");
+        if let Some(speeds) = speeds {
+            let [first, second, third, _] = speeds[10];
+            assert!((first - 3000.0 * std::f64::consts::TAU / 60.0).abs() < 1e-9);
+            assert!((second - first).abs() < 1e-9 && (third / first - 1.1).abs() < 1e-9);
+        }
+        // The log's time begins with its first position, at 5 s.
+        assert_eq!(found.starts.expect("of GPS").at_s, 1_700_000_000.0);
+    }
+}
+
+#[test]
 fn with_several_vehicles_the_log_is_that_of_its_name() {
     let two = CAMPAIGN.replace("\"q1\": \"quad\"", "\"q1\": \"quad\", \"q2\": \"quad\"");
     let two = Campaign::parse("c.ron", &two).expect("in order");
     let log = flight().0;
-    let recording = read_log("q2", "q2.ulg", &log, &two).expect("in order");
+    let recording = read_log("q2", "q2.ulg", &log[..], &two).expect("in order");
     assert_eq!(recording.vehicles[0].id, "q2");
-    let problems = read_log("flight", "flight.ulg", &log, &two)
+    let problems = read_log("flight", "flight.ulg", &log[..], &two)
         .expect_err("is refused")
         .0;
     assert_eq!(

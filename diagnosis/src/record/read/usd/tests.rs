@@ -102,7 +102,7 @@ fn problem(bytes: &[u8]) -> String {
 #[test]
 fn logs_of_both_versions_read_without_a_word_about_columns() {
     for version in [1, 2] {
-        let read = read_log("log07", "log07", &flight(version), &campaign()).expect("in order");
+        let read = read_log("log07", "log07", &flight(version)[..], &campaign()).expect("in order");
         assert_eq!(read.vehicles[0].id, "cf7");
         let track = &read.vehicles[0].track;
         assert_eq!(track.t_s.len(), 100);

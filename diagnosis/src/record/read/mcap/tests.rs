@@ -1,0 +1,150 @@
+//! Bags that other programs wrote (`diagnosis/logs/make_bags.py`), and what is wrong with others.
+
+use super::super::read_log;
+use super::*;
+use crate::record::problem::Problems;
+use crate::record::recording::Track;
+
+const FOXGLOVE: &[u8] = include_bytes!("../../../../logs/foxglove.mcap");
+const LZ4: &[u8] = include_bytes!("../../../../logs/lz4.mcap");
+const ROSBAGS: &[u8] = include_bytes!("../../../../logs/rosbags.mcap");
+const PLAIN: &[u8] = include_bytes!("../../../../logs/plain.mcap");
+/// Times are stamped in nanoseconds, positions are doubles.
+const ROUNDING: f64 = 1e-9;
+
+fn campaign(columns: &str) -> Campaign {
+    let text = format!(
+        r#"(name: "bags", air: (temperature_c: 20), columns: {{ {columns} }},
+        types: {{ "cf": (mass_kg: Stated(0.034), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092),
+                         rotor_offset_m: Stated((0, 0, 0))) }},
+        vehicles: {{ "cf1": "cf", "cf2": "cf" }})"#
+    );
+    Campaign::parse("c.ron", &text).expect("in order")
+}
+
+const MOTORS: &str = r#""pwm1_u16": "motors.values[0]", "pwm2_u16": "motors.values[1]",
+    "pwm3_u16": "motors.values[2]", "pwm4_u16": "motors.values[3]""#;
+
+fn read(bag: &[u8], columns: &str) -> Result<Recording, Problems> {
+    read_log("bag", "bag.mcap", bag, &campaign(columns))
+}
+
+fn said(recording: &Recording) -> String {
+    let remarks = recording.remarks.iter();
+    let all: Vec<&str> = remarks.map(|remark| remark.message.as_str()).collect();
+    all.join("\n")
+}
+
+/// cf1 flies its circle: half a metre of radius, 1 rad/s, its nose along its way.
+fn is_on_its_circle(track: &Track) {
+    assert_eq!(track.t_s.len(), 100);
+    for (row, &t_s) in track.t_s.iter().enumerate() {
+        let (sine, cosine) = t_s.sin_cos();
+        let (at_m, nose) = (track.position_m[row], track.attitude[row] * Vector3::x());
+        assert!((at_m - nalgebra::Point3::new(0.5 * cosine, 0.5 * sine, 1.0)).norm() < ROUNDING);
+        assert!((nose - Vector3::new(-sine, cosine, 0.0)).norm() < ROUNDING);
+    }
+}
+
+#[test]
+fn odometry_imu_battery_and_motors_of_a_packed_bag_are_those_that_were_written() {
+    for bag in [FOXGLOVE, LZ4] {
+        let recording = read(bag, MOTORS).expect("in order");
+        let [cf1, cf2] = &recording.vehicles[..] else {
+            panic!("two vehicles: {recording:?}");
+        };
+        let track = &cf1.track;
+        is_on_its_circle(track);
+        for row in 0..track.t_s.len() {
+            // Logged as 0.5 m/s ahead, in the body.
+            let ahead_mps = track.attitude[row] * Vector3::new(0.5, 0.0, 0.0);
+            assert!((track.velocity_mps[row] - ahead_mps).norm() < ROUNDING);
+        }
+        let force = track.specific_force_mps2.as_ref().expect("of the IMU");
+        assert!(
+            (force[30].z - 9.81).abs() < ROUNDING && (force[30].xy().norm() - 0.5).abs() < ROUNDING
+        );
+        assert_eq!(
+            track.battery_v.as_ref().expect("logged")[0],
+            f64::from(3.9_f32)
+        );
+        let duty = track.duty.as_ref().expect("named in columns")[99];
+        assert!((duty[3] - 0.53).abs() < 1e-7, "{duty:?}");
+        assert!((cf2.track.duty.as_ref().expect("named")[0][3] - 0.54).abs() < 1e-7);
+        assert_eq!(cf2.track.position_m[7].z, 2.0);
+        let said = said(&recording);
+        assert!(
+            said.contains("REP 105") && said.contains("no battery"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn speeds_of_rotors_are_read_whatever_their_direction() {
+    let recording = read(PLAIN, "").expect("in order");
+    let track = &recording.vehicles[0].track;
+    let speeds = track.rotor_speed_radps.as_ref().expect("of the actuators");
+    assert_eq!(speeds[9], [2000.0, 2100.0, 2000.0, 2100.0]);
+    assert!(track.duty.is_none(), "an empty array is no motor");
+}
+
+#[test]
+fn poses_with_names_go_to_their_vehicles() {
+    let recording = read(ROSBAGS, "").expect("in order");
+    is_on_its_circle(&recording.vehicles[0].track);
+    let other = &recording.vehicles[1].track;
+    assert!(other.specific_force_mps2.is_some() && other.position_m[0].z == 2.0);
+    assert!(
+        said(&recording).contains("poses of `wand`"),
+        "{}",
+        said(&recording)
+    );
+}
+
+#[test]
+fn a_bag_is_told_by_its_first_bytes_and_read_to_where_it_breaks_off() {
+    assert_eq!(super::super::log_name("noon", &FOXGLOVE[..8]), Some("noon"));
+    let cut = read(&FOXGLOVE[..FOXGLOVE.len() / 2], "").expect("what stands before is read");
+    assert!(said(&cut).contains("the bag breaks off: it ends within a record"));
+    assert!(cut.vehicles[0].track.t_s.len() < 100);
+    let mut damaged = FOXGLOVE.to_vec();
+    // Within the first chunk.
+    damaged[600] ^= 0xFF;
+    let refused = read(&damaged, "").map(|recording| said(&recording));
+    let told = format!("{refused:?}");
+    assert!(told.contains("chunk"), "{told}");
+}
+
+#[test]
+fn what_is_not_there_is_said_with_what_is() {
+    let text = r#"(name: "b", types: { "cf": (mass_kg: Stated(0.034), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092)) },
+        vehicles: { "uav7": "cf", "uav8": "cf" })"#;
+    let strange = Campaign::parse("c.ron", text).expect("in order");
+    let Problems(problems) = read_log("b", "b.mcap", FOXGLOVE, &strange).expect_err("no one's");
+    let help = problems[0].help.clone().unwrap_or_default();
+    assert!(help.contains("/cf1/odom (nav_msgs/Odometry)"), "{help}");
+    let Problems(problems) =
+        read(FOXGLOVE, r#""vbat_v": "power.values[0]""#).expect_err("no such topic");
+    let said = problems[0].to_string();
+    assert!(said.contains("`power.values[0]`: is in no topic"), "{said}");
+    let Problems(problems) = read(b"\x89MCAP0\r\n", "").expect_err("nothing in it");
+    assert!(
+        problems[0].to_string().contains("is no bag"),
+        "{problems:?}"
+    );
+}
+
+#[test]
+fn a_bag_without_a_campaign_says_whose_positions_it_holds() {
+    for (bag, listed) in [
+        (FOXGLOVE, r#"vehicles: { "cf1": "drone", "cf2": "drone" }"#),
+        (
+            ROSBAGS,
+            r#"vehicles: { "cf1": "drone", "cf2": "drone", "wand": "drone" }"#,
+        ),
+    ] {
+        let asked = super::super::needed("bag", "bag.mcap", bag);
+        assert!(asked.contains(listed), "{asked}");
+    }
+}
