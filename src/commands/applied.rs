@@ -48,7 +48,7 @@ pub(crate) fn judge(
         return Err(Failure::NotOnlyFlightLogs { others });
     }
     let applied = apply(recordings, channel, &finding.correction);
-    applied.ok_or(Failure::NothingToCompare(recordings.len()))
+    applied.ok_or_else(|| Failure::nothing_to_compare(recordings.iter()))
 }
 
 /// Whether it predicts these recordings better than the simulation as it is, nothing fitted.

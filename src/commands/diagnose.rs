@@ -8,7 +8,7 @@ mod words;
 use std::path::PathBuf;
 
 use clap::Args;
-use diagnosis::campaign::diagnose_campaign;
+use diagnosis::campaign::{diagnose_campaign, diagnose_sideways};
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
 use diagnosis::infer::finding::{Finding, Verdict};
@@ -195,7 +195,7 @@ fn is_explained(finding: &Finding) -> bool {
     finding.verdict != Verdict::OutsideLibrary
 }
 
-/// Flight logs of one campaign, by the vertical forces on their drones.
+/// Flight logs of one campaign, by the forces on their drones: vertical ones make the finding.
 fn run_flights(
     asked: &Arguments,
     logs: &[Recording],
@@ -204,9 +204,10 @@ fn run_flights(
     let options = flights::options(logs, asked.alone, asked.near_floor)?;
     let progress = Progress::start("diagnosing flights together", 1);
     let found = diagnose_campaign(logs, &options)?;
+    let sideways = diagnose_sideways(logs, &options);
     progress.finish();
-    let report = flights::report(name, &found, &options);
-    let answer = Flights::of(&found, logs);
+    let report = flights::report(name, (&found, &sideways), &options);
+    let answer = Flights::of(&found, sideways.as_ref().ok(), logs);
     deliver(
         &asked.asked,
         (name, report),

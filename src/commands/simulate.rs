@@ -65,7 +65,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let all = simulate_all(recordings);
     let samples: Vec<Sample> = all.iter().flat_map(|one| &one.samples).copied().collect();
     let Some(first) = all.first().filter(|_| !samples.is_empty()) else {
-        return Err(Failure::NothingToCompare(all.len()));
+        let recordings = all.iter().map(|one| &one.recording);
+        return Err(Failure::nothing_to_compare(recordings));
     };
     let scatter_n = |airframe: &str| {
         let map = thrust_maps.iter().find(|map| map.airframe == airframe)?;

@@ -5,9 +5,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use diagnosis::calibrate::CalibrateError;
-use diagnosis::campaign::CampaignError;
+use diagnosis::campaign::{CampaignError, lacking};
 use diagnosis::infer::diagnose::DiagnoseError;
 use diagnosis::infer::finding_file::NoFinding;
+use diagnosis::record::recording::Recording;
 use thiserror::Error;
 use tools::instances::InstanceError;
 use tools::table::joined;
@@ -45,9 +46,14 @@ pub(crate) enum Failure {
     #[error("{0}")]
     Drawn(String),
     #[error(
-        "nothing to compare in {0} recordings: no probe readings below a drone, no throttle, no force that a thrust map allows"
+        "nothing to compare in {recordings} recordings: no probe readings below a drone, no throttle, no force that a thrust map allows{}",
+        told(lacking.as_slice())
     )]
-    NothingToCompare(usize),
+    NothingToCompare {
+        recordings: usize,
+        /// What vehicles lack that a force needs, in words.
+        lacking: Vec<String>,
+    },
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
     #[error("{}: no drone is called `{name}`; there are {known}", path.display())]
@@ -119,7 +125,28 @@ pub(crate) enum Failure {
     },
 }
 
+/// Most vehicles of which a message says what they lack. Chosen here: a look at them all.
+const MOST_LISTED: usize = 5;
+
+/// What follows the statement that there is nothing.
+fn told(lacking: &[String]) -> String {
+    match lacking {
+        [] => String::new(),
+        several => format!("; {}", several.join("; ")),
+    }
+}
+
 impl Failure {
+    /// Nothing in any of these can be compared; of a few vehicles what they lack.
+    pub(crate) fn nothing_to_compare<'r>(
+        recordings: impl ExactSizeIterator<Item = &'r Recording>,
+    ) -> Failure {
+        Failure::NothingToCompare {
+            recordings: recordings.len(),
+            lacking: recordings.flat_map(lacking).take(MOST_LISTED).collect(),
+        }
+    }
+
     pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Failure {
         let path = path.to_owned();
         move |source| Failure::Write { path, source }

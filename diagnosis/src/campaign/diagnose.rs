@@ -45,6 +45,9 @@ pub enum CampaignError {
     /// None is near the floor.
     #[error("no flight is lower than {ABOVE_FLOOR_M} m above the floor for half of its time")]
     NoneLow,
+    /// Too little flight to hold blocks of it out.
+    #[error("{0} blocks of 15 s; at least {1} are needed, for whole blocks are held out")]
+    TooShort(usize, usize),
     /// Too few flights to hold any out.
     #[error("{0} flights; at least {FOLDS} are needed, for whole flights are held out")]
     TooFew(usize),
@@ -62,17 +65,20 @@ impl CampaignError {
     /// Says what the vehicles lack.
     #[must_use]
     pub fn no_force(recordings: &[Recording]) -> CampaignError {
-        let vehicles = recordings.iter().flat_map(|recording| {
-            let of = move |vehicle| (recording, vehicle);
-            recording.vehicles.iter().map(of)
-        });
-        let lacks = vehicles.filter_map(|(recording, vehicle)| {
-            let missing = vehicle.track.missing_for_a_force().join(" and ");
-            let words = || format!("`{}` of {} lacks {missing}", vehicle.id, recording.name);
-            (!missing.is_empty()).then(words)
-        });
-        CampaignError::NoForce(lacks.take(MOST_LISTED).collect())
+        let lacking = recordings.iter().flat_map(lacking);
+        CampaignError::NoForce(lacking.take(MOST_LISTED).collect())
     }
+}
+
+/// The columns that a force needs and that vehicles of a recording lack, in words, a vehicle each.
+#[must_use]
+pub fn lacking(recording: &Recording) -> Vec<String> {
+    let lacks = recording.vehicles.iter().filter_map(|vehicle| {
+        let missing = vehicle.track.missing_for_a_force().join(" and ");
+        let words = || format!("`{}` of {} lacks {missing}", vehicle.id, recording.name);
+        (!missing.is_empty()).then(words)
+    });
+    lacks.collect()
 }
 
 /// A finding over several flights.

@@ -33,7 +33,7 @@ use crate::thrust::low_pass::{self, LowPass};
 /// Steps within a second. Chosen here: the forces hold nothing above some 3 Hz.
 pub(super) const RATE_HZ: f64 = 10.0;
 /// Low-pass of everything compared. Chosen here, as [`RATE_HZ`].
-const LOW_PASS: LowPass = LowPass { cutoff_hz: 3.0 };
+pub(super) const LOW_PASS: LowPass = LowPass { cutoff_hz: 3.0 };
 /// Most rows judged. Chosen here: a diagnosis of an hour of flights within a minute.
 const MOST_ROWS: usize = 6000;
 /// Of steps where no drone is near, one in so many is judged, and of the others. Chosen here: half
@@ -460,7 +460,7 @@ impl Part {
 
 /// The drones above a vehicle at a time and place whose wake may reach it. `None`: some drone's
 /// place is not known then.
-fn above(
+pub(super) fn above(
     recording: &Recording,
     vehicle: usize,
     (t_s, position_m): (f64, Point3<f64>),

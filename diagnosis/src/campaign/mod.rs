@@ -7,7 +7,7 @@
 //! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a
 //! force. `forward`: one effect after another. [`skill`]: how well flights that were not fitted are
 //! predicted. [`diagnose`]: all of it, and the finding. [`hardware`]: one drone's motors against
-//! its own normal flights. [`applied`]: a finding held against recordings that it was not fitted
+//! its own normal flights. [`sideways`]: forces to the sides. [`applied`]: a finding held against recordings that it was not fitted
 //! to.
 
 pub mod applied;
@@ -17,8 +17,10 @@ mod forward;
 pub mod hardware;
 mod library;
 mod scatter;
+pub mod sideways;
 pub mod skill;
 
 pub use applied::{Applied, Compared, apply, apply_campaign};
-pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, near_floor};
+pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, lacking, near_floor};
 pub use forces::{COORDINATES, CampaignOptions};
+pub use sideways::{SidewaysFinding, diagnose_sideways};

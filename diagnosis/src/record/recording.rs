@@ -117,6 +117,8 @@ pub struct Track {
     pub velocity_mps: Vec<Vector3<f64>>,
     /// Body to world.
     pub attitude: Vec<UnitQuaternion<f64>>,
+    /// Whether that is logged; otherwise it is taken as level.
+    pub attitude_is_logged: bool,
     /// Throttle over that of hover at the stated mass and density.
     pub throttle_ratio: Option<Vec<f64>>,
     /// Electrical power (W).

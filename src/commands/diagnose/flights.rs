@@ -1,7 +1,9 @@
 //! Flight logs of one campaign, diagnosed together by the vertical forces on their drones.
 
 use diagnosis::campaign::skill::{Curve, Skill};
-use diagnosis::campaign::{CampaignError, CampaignFinding, CampaignOptions, near_floor};
+use diagnosis::campaign::{
+    CampaignError, CampaignFinding, CampaignOptions, SidewaysFinding, near_floor,
+};
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding::Finding;
 use diagnosis::record::recording::Recording;
@@ -22,6 +24,8 @@ pub(super) struct Flights<'a> {
     rows: Vec<Row<'a>>,
     #[serde(flatten)]
     found: &'a CampaignFinding,
+    /// What forces to the sides say; none where they cannot be judged.
+    sideways: Option<&'a SidewaysFinding>,
 }
 
 #[derive(Serialize)]
@@ -32,7 +36,11 @@ struct Row<'a> {
 }
 
 impl<'a> Flights<'a> {
-    pub(super) fn of(found: &'a CampaignFinding, recordings: &'a [Recording]) -> Flights<'a> {
+    pub(super) fn of(
+        found: &'a CampaignFinding,
+        sideways: Option<&'a SidewaysFinding>,
+        recordings: &'a [Recording],
+    ) -> Flights<'a> {
         let row = |(sample, &of): (&Sample, &usize)| Row {
             flight: &recordings[of].name,
             vehicle: &recordings[of].vehicles[sample.subject as usize].id,
@@ -43,6 +51,7 @@ impl<'a> Flights<'a> {
             finding: &found.finding,
             rows: rows.map(row).collect(),
             found,
+            sideways,
         }
     }
 }
@@ -74,7 +83,11 @@ fn what(found: &CampaignFinding, options: &CampaignOptions) -> String {
 }
 
 /// The report of a single recording, with what whole flights add.
-pub(super) fn report(name: &str, found: &CampaignFinding, options: &CampaignOptions) -> Report {
+pub(super) fn report(
+    name: &str,
+    (found, sideways): (&CampaignFinding, &Result<SidewaysFinding, CampaignError>),
+    options: &CampaignOptions,
+) -> Report {
     let finding = &found.finding;
     let what = what(found, options);
     let subtitle = format!("{what}; {}", words::verdict(finding));
@@ -92,7 +105,63 @@ pub(super) fn report(name: &str, found: &CampaignFinding, options: &CampaignOpti
             _ => {}
         }
     }
+    report.section("Forces to the sides", to_the_sides(sideways));
     report
+}
+
+/// Most effects that were not taken, in the text. Chosen here: the nearest ones.
+const MOST_NOT_TAKEN: usize = 3;
+
+/// What forces sideways say, or why they say nothing.
+fn to_the_sides(sideways: &Result<SidewaysFinding, CampaignError>) -> Vec<Part> {
+    let found = match sideways {
+        Ok(found) => found,
+        Err(why) => return vec![Part::line(format!("Cannot be judged: {why}."))],
+    };
+    let [recorded, before, after] = [
+        found.rms_recorded_mps2,
+        found.rms_before_mps2,
+        found.rms_after_mps2,
+    ];
+    let of = format!(
+        "{} moments of {} flights in {} blocks of 15 s",
+        found.samples, found.flights, found.blocks
+    );
+    let lead = match found.effects.is_empty() {
+        true => format!(
+            "Of {of}: no effect predicts blocks that it was not fitted on. Force over mass {recorded:.3} m/s2 rms, {before:.3} beside the wakes."
+        ),
+        false => format!(
+            "Of {of}: {} named. Force over mass {recorded:.3} m/s2 rms, {before:.3} beside the wakes, {after:.3} with them in blocks that were not fitted.",
+            joined(found.effects.iter().map(|of| of.name.clone()), ", ")
+        ),
+    };
+    let mut parts = vec![Part::Line(lead)];
+    for of in &found.effects {
+        let mut text = format!(
+            "{}: {}; gain {:.0} +- {:.0}",
+            of.name, of.description, of.gain, of.gain_error
+        );
+        if !of.alternatives.is_empty() {
+            text += &format!("; not told apart from {}", of.alternatives.join(", "));
+        }
+        parts.push(Part::Line(text + "."));
+        let rows = of.parameters.iter().map(|parameter| {
+            let error = parameter.standard_error.map(|error| format!("{error:.4}"));
+            let value = format!("{:.4}", parameter.value);
+            let cells = [parameter.name.clone(), value, error.unwrap_or_default()];
+            cells.into_iter().chain([parameter.unit.clone()]).collect()
+        });
+        parts.push(Part::table("lrrl", "parameter | value | +- | unit", rows).shortened(8));
+    }
+    let nearest = found.not_taken.iter().take(MOST_NOT_TAKEN);
+    let nearest = nearest.map(|(name, gain, error)| format!("{name} {gain:.0} +- {error:.0}"));
+    parts.push(Part::Line(format!(
+        "Not taken, with what they would gain: {}.",
+        joined(nearest, ", ")
+    )));
+    parts.extend(Part::list(found.lacking.clone()));
+    parts
 }
 
 fn located(found: &CampaignFinding) -> Option<Part> {

@@ -18,9 +18,9 @@ pub(super) struct Table<'b> {
     reader: csv::Reader<Box<dyn Read + 'b>>,
 }
 
-/// Most rows kept of a table. Chosen here: those of a dozen vehicles over half an hour at 100 Hz,
-/// and half a gigabyte with all columns that are known.
-const MOST_ROWS: usize = 1 << 21;
+/// Most rows kept of a table. Chosen here: those of six vehicles over half an hour at 100 Hz, and a
+/// quarter of a gigabyte with all columns that are known.
+const MOST_ROWS: usize = 1 << 20;
 
 /// The columns that were asked for.
 #[derive(Debug, Default)]

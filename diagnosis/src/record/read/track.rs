@@ -104,6 +104,7 @@ pub(super) fn track(
             .collect()
     });
     let read = Track {
+        attitude_is_logged: samples.columns.contains_key(&Role::Quaternion(0)),
         rotor_speed_radps: rotor_speed,
         thrust_n: column(Role::Thrust),
         force_n: vectors(Role::Force),
