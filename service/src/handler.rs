@@ -1,7 +1,7 @@
 //! What a request does to the plan that is being flown.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::atomic::{self, AtomicBool};
 
@@ -38,6 +38,8 @@ struct Flown {
     revision: u64,
     /// The latest time told (s).
     clock_s: f64,
+    /// When history was dropped last (s).
+    tidied_s: f64,
     /// Where drones said last that they are: when (s), and where (m).
     seen: BTreeMap<String, (f64, Point3<f64>)>,
 }
@@ -276,6 +278,7 @@ impl Service {
             running,
             revision: 1,
             clock_s: 0.0,
+            tidied_s: 0.0,
             seen: BTreeMap::new(),
         };
         let told = flown.whole();
@@ -364,6 +367,11 @@ impl Service {
 /// each time costs a replan of the fleet.
 const MOST_LANDINGS: usize = 3;
 
+/// How much of what was flown is kept (s). Chosen here: the longest delay that is looked for, and a
+/// minute.
+const HISTORY_S: f64 = 180.0;
+/// How often what is older is dropped (s). Chosen here: it costs about as much as a patch.
+const TIDY_S: f64 = 60.0;
 /// Longest time from one time told to the next (s): a day. Chosen here: a clock that leaps further
 /// is wrong, and times never go back from what was believed.
 const LONGEST_LEAP_S: f64 = 86_400.0;
@@ -557,7 +565,7 @@ impl Flown {
         changes: Vec<OneChange>,
         limit: &Limit<'_>,
     ) -> Result<(Patch, Record), Failed> {
-        let asked = self.asked(at_s, &changes).map_err(Failed::Refused)?;
+        let asked = asked(&self.running, at_s, &changes).map_err(Failed::Refused)?;
         let before = self.running.clone();
         let done = self.tried(at_s, &asked, &changes, limit);
         if done.is_err() {
@@ -566,12 +574,28 @@ impl Flown {
         let patch = done?;
         self.revision = patch.revision;
         self.clock_s = at_s;
+        self.forget(at_s);
         let record = Record::Changed {
             revision: patch.revision,
             at_s,
             changes,
         };
         Ok((patch, record))
+    }
+
+    /// Drops history, now and then: a plan that is flown for days stays as small as one that is
+    /// flown for minutes.
+    fn forget(&mut self, at_s: f64) {
+        if at_s - self.tidied_s < TIDY_S {
+            return;
+        }
+        self.tidied_s = at_s;
+        self.running.forget(at_s - HISTORY_S);
+        let known: BTreeSet<&str> = {
+            let drones = self.running.plan().drones.iter();
+            drones.map(|it| &it.name[..]).collect()
+        };
+        self.seen.retain(|name, _| known.contains(&name[..]));
     }
 
     fn tried(
@@ -634,78 +658,86 @@ impl Flown {
             unavoidable: told.unavoidable,
         }
     }
+}
 
-    /// Changes as the planner takes them.
-    fn asked(&self, at_s: f64, changes: &[OneChange]) -> Result<Vec<planned::Change>, Refusals> {
-        let mut wrong = Vec::new();
-        let asked = changes.iter().enumerate().filter_map(|(index, it)| {
-            let change = match it {
-                OneChange::Late(it) => planned::Change::Late {
-                    drone: it.drone.clone(),
-                    by_s: it.by_s,
-                },
-                OneChange::Remove(it) => planned::Change::Removed {
-                    drone: it.drone.clone(),
-                },
-                OneChange::Retask(it) => planned::Change::Retasked {
-                    drone: it.drone.clone(),
-                    tasks: tasks(&it.tasks),
-                },
-                OneChange::Land(it) if it.over_m.is_none() && self.flies(&it.drone, at_s) => {
-                    let place = format!("params.changes[{index}].land.over_m");
-                    let message = format!(
-                        "`{}` flies: say over which place it lands, or ask `land_all` to find one",
-                        it.drone
-                    );
-                    wrong.push(refusal(Code::Change, place, message));
+/// Changes as the planner takes them.
+pub(crate) fn asked(
+    running: &Running,
+    at_s: f64,
+    changes: &[OneChange],
+) -> Result<Vec<planned::Change>, Refusals> {
+    let mut wrong = Vec::new();
+    let asked = changes.iter().enumerate().filter_map(|(index, it)| {
+        let change = match it {
+            OneChange::Late(it) => planned::Change::Late {
+                drone: it.drone.clone(),
+                by_s: it.by_s,
+            },
+            OneChange::Remove(it) => planned::Change::Removed {
+                drone: it.drone.clone(),
+            },
+            OneChange::Fail(it) => planned::Change::Failed {
+                drone: it.drone.clone(),
+                lies_m: it.lies_m.map(Point3::from),
+            },
+            OneChange::Retask(it) => planned::Change::Retasked {
+                drone: it.drone.clone(),
+                tasks: tasks(&it.tasks),
+            },
+            OneChange::Land(it) if it.over_m.is_none() && flies(running, &it.drone, at_s) => {
+                let place = format!("params.changes[{index}].land.over_m");
+                let message = format!(
+                    "`{}` flies: say over which place it lands, or ask `land_all` to find one",
+                    it.drone
+                );
+                wrong.push(refusal(Code::Change, place, message));
+                return None;
+            }
+            OneChange::Land(it) => planned::Change::Landed {
+                drone: it.drone.clone(),
+                over_m: it.over_m.map(Point3::from),
+            },
+            OneChange::Add(it) => match added(running, it) {
+                Some(drone) => planned::Change::Added(drone),
+                None => {
+                    let place = format!("params.changes[{index}].add.like");
+                    let message = format!("no drone is called `{}`", it.like);
+                    wrong.push(refusal(Code::UnknownDrone, place, message));
                     return None;
                 }
-                OneChange::Land(it) => planned::Change::Landed {
-                    drone: it.drone.clone(),
-                    over_m: it.over_m.map(Point3::from),
-                },
-                OneChange::Add(it) => match self.added(it) {
-                    Some(drone) => planned::Change::Added(drone),
-                    None => {
-                        let place = format!("params.changes[{index}].add.like");
-                        let message = format!("no drone is called `{}`", it.like);
-                        wrong.push(refusal(Code::UnknownDrone, place, message));
-                        return None;
-                    }
-                },
-            };
-            Some(change)
-        });
-        let asked: Vec<planned::Change> = asked.collect();
-        if wrong.is_empty() {
-            Ok(asked)
-        } else {
-            Err(wrong)
-        }
+            },
+        };
+        Some(change)
+    });
+    let asked: Vec<planned::Change> = asked.collect();
+    if wrong.is_empty() {
+        Ok(asked)
+    } else {
+        Err(wrong)
     }
+}
 
-    /// Whether a drone of the plan is off the ground at a time (s).
-    fn flies(&self, drone: &str, at_s: f64) -> bool {
-        let mut drones = self.running.plan().drones.iter();
-        let entry = drones.find(|it| it.name == drone);
-        entry.is_some_and(|it| {
-            let (from_s, until_s) = it.airborne_s;
-            from_s <= at_s && until_s.is_none_or(|until_s| at_s < until_s)
-        })
-    }
+/// Whether a drone of the plan is off the ground at a time (s).
+fn flies(running: &Running, drone: &str, at_s: f64) -> bool {
+    let mut drones = running.plan().drones.iter();
+    let entry = drones.find(|it| it.name == drone);
+    entry.is_some_and(|it| {
+        let (from_s, until_s) = it.airborne_s;
+        from_s <= at_s && until_s.is_none_or(|until_s| at_s < until_s)
+    })
+}
 
-    fn added(&self, it: &Add) -> Option<world::Drone> {
-        let mut drones = self.running.world().drones.iter();
-        let like = drones.find(|known| known.name == it.like)?;
-        Some(world::Drone {
-            name: it.drone.clone(),
-            start_m: it.start_m.into(),
-            at_start: it.at_start,
-            tasks: tasks(&it.tasks),
-            at_end: it.at_end,
-            ..like.clone()
-        })
-    }
+fn added(running: &Running, it: &Add) -> Option<world::Drone> {
+    let mut drones = running.world().drones.iter();
+    let like = drones.find(|known| known.name == it.like)?;
+    Some(world::Drone {
+        name: it.drone.clone(),
+        start_m: it.start_m.into(),
+        at_start: it.at_start,
+        tasks: tasks(&it.tasks),
+        at_end: it.at_end,
+        ..like.clone()
+    })
 }
 
 /// How long a request may take.
@@ -814,7 +846,7 @@ fn planned_anew(world: &planner::World, limit: &Limit<'_>) -> Result<planner::Pl
     }
 }
 
-fn tasks(given: &[Task]) -> Vec<world::Task> {
+pub(crate) fn tasks(given: &[Task]) -> Vec<world::Task> {
     let task = |it: &Task| world::Task {
         to_m: it.to_m.into(),
         dwell_s: it.dwell_s,
@@ -848,13 +880,14 @@ fn of_change(error: &ChangeError, changes: &[OneChange]) -> Refusal {
         ChangeError::Time(_) => (Code::Time, None),
         ChangeError::Past { .. } => (Code::ClockBack, None),
         ChangeError::Unknown(drone) => (Code::UnknownDrone, Some(drone)),
-        ChangeError::Known(drone) | ChangeError::Twice(drone) | ChangeError::Gone(drone) => {
-            (Code::Change, Some(drone))
-        }
+        ChangeError::Known(drone)
+        | ChangeError::Fixed(drone)
+        | ChangeError::Twice(drone)
+        | ChangeError::Gone(drone) => (Code::Change, Some(drone)),
         ChangeError::Delay { drone, .. }
         | ChangeError::Misplaced { drone, .. }
         | ChangeError::TooLarge { drone, .. } => (Code::Change, Some(drone)),
-        ChangeError::Number(_) => (Code::Change, None),
+        ChangeError::Number(_) | ChangeError::Given(_) => (Code::Change, None),
     };
     let place = match (code, drone) {
         (Code::Time | Code::ClockBack, _) => "params.at_s".to_owned(),
@@ -872,11 +905,12 @@ fn place_of(name: &str, changes: &[OneChange]) -> String {
     })
 }
 
-fn name_of(change: &OneChange) -> &str {
+pub(crate) fn name_of(change: &OneChange) -> &str {
     match change {
         OneChange::Late(it) => &it.drone,
         OneChange::Add(it) => &it.drone,
         OneChange::Remove(it) => &it.drone,
+        OneChange::Fail(it) => &it.drone,
         OneChange::Retask(it) => &it.drone,
         OneChange::Land(it) => &it.drone,
     }

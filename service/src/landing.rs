@@ -60,7 +60,7 @@ impl Landings {
                 continue;
             };
             let has_left = entry.at_end == AtEnd::Leave && at_s >= *last_s;
-            let never_flies = entry.airborne_s == (0.0, Some(0.0));
+            let never_flies = entry.airborne_s.1 == Some(lifts_s);
             if has_left || at_s < entry.enters_s.unwrap_or(0.0) {
                 continue;
             }

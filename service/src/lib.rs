@@ -17,7 +17,9 @@
 //! 2. `off_plan`: where a drone says it is, against where its plan has it.
 //! 3. `landing`: where the drones that fly could land.
 //! 4. `handler`: what a request does.
+//! 5. [`airspace`]: several planners of one site, each with an area of its own.
 
+pub mod airspace;
 pub mod message;
 
 mod handler;

@@ -103,6 +103,9 @@ pub enum OneChange {
     Add(Add),
     /// A drone is taken out, body and wake.
     Remove(Remove),
+    /// A drone has failed and come down: its wake has ended, and its body lies there until it is
+    /// removed, as `NAME (wreck)`.
+    Fail(Fail),
     /// A drone drops what it still had to do, and does this.
     Retask(Retask),
     /// A drone drops what it still had to do, and lands.
@@ -148,6 +151,18 @@ pub struct Add {
 pub struct Remove {
     /// Its name.
     pub drone: String,
+}
+
+/// A drone has failed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fail {
+    /// Its name.
+    pub drone: String,
+    /// Where its rotor plane's centre lies (m); left out: on the highest surface below where its
+    /// plan has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lies_m: Option<[f64; 3]>,
 }
 
 /// Other tasks.
@@ -335,7 +350,8 @@ pub struct Patch {
 pub struct Changed {
     /// Its name.
     pub drone: String,
-    /// Why: `late`, `added`, `removed`, `retasked`, or it `gave_way` to one of these.
+    /// Why: `late`, `added`, `removed`, `failed`, `wreck` (what lies where one has failed),
+    /// `retasked`, or it `gave_way` to one of these.
     #[schemars(with = "String")]
     pub cause: Cause,
     /// All that it still flies, from the last break point at or before `from_s` on.

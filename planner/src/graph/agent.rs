@@ -76,6 +76,13 @@ impl Waypoint {
         self.dwell_ticks.max(held)
     }
 
+    /// Of its dwell this much is over (ticks).
+    pub(crate) fn dwell_for_less(&mut self, ticks: u32) {
+        let gone = ticks.min(self.dwell_ticks);
+        self.dwell_ticks -= gone;
+        self.rest_ticks = self.rest_ticks.saturating_sub(gone);
+    }
+
     /// When a dwell ends that begins at a moment; `None` where that is too late.
     pub(crate) fn dwells_until(&self, begins: Tick) -> Option<Tick> {
         let until = begins.after(self.dwell_ticks).max(self.until);

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::Point3;
 use thiserror::Error;
 
-use crate::plan::AtEnd;
+use super::{GivenError, given};
+use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
@@ -22,13 +23,26 @@ pub enum Change {
         /// How far behind (s).
         by_s: f64,
     },
-    /// A drone comes, to where it starts.
+    /// A drone comes, to where it starts; one of another planner is planned here from now on.
     Added(Drone),
     /// A drone is taken out, body and wake.
     Removed {
         /// Its name.
         drone: String,
     },
+    /// A drone has failed and come down: its wake has ended, and its body lies there until that is
+    /// removed, under the name [`wreck_of`] it.
+    Failed {
+        /// Its name.
+        drone: String,
+        /// Where its rotor plane's centre lies (m); `None`: on the highest surface below where the
+        /// plan has it.
+        lies_m: Option<Point3<f64>>,
+    },
+    /// A drone of another planner flies this from now on, whatever is planned here: body and wake
+    /// are in the way, and nothing makes them give way. One that was planned here is the other's
+    /// from now on.
+    Fixed(Box<DronePlan>),
     /// A drone drops what it still had to do, and does this.
     Retasked {
         /// Its name.
@@ -52,11 +66,18 @@ impl Change {
         match self {
             Change::Late { drone, .. }
             | Change::Removed { drone }
+            | Change::Failed { drone, .. }
             | Change::Retasked { drone, .. }
             | Change::Landed { drone, .. } => drone,
             Change::Added(drone) => &drone.name,
+            Change::Fixed(entry) => &entry.name,
         }
     }
+}
+
+/// The name of what lies where a drone came down.
+pub fn wreck_of(drone: &str) -> String {
+    format!("{drone} (wreck)")
 }
 
 /// What is wrong with a change, or with the moment.
@@ -79,6 +100,12 @@ pub enum ChangeError {
     /// A drone is called that already, or was.
     #[error("`{0}` is in the plan already; give the drone that comes another name")]
     Known(String),
+    /// It lies where it came down, or is another planner's.
+    #[error("`{0}` is not planned here: it has failed, or is another planner's")]
+    Fixed(String),
+    /// What another planner flies cannot be read, or is out of range.
+    #[error(transparent)]
+    Given(Box<GivenError>),
     /// More than one change.
     #[error("`{0}` changes twice; say all of it in one change")]
     Twice(String),
@@ -131,13 +158,14 @@ pub(super) fn landing(over_m: Option<Point3<f64>>) -> Vec<Task> {
 }
 
 /// All that is wrong with these changes at a moment (s), on a roadmap for bodies of a radius (m);
-/// `is_there` says which drones can still be changed.
+/// `is_there` says which drones can still be changed, `is_fixed` which are not planned here.
 pub(super) fn problems(
     world: &World,
     solids: &Solids,
     (at_s, widest_m): (f64, f64),
     changes: &[Change],
     is_there: impl Fn(usize) -> bool,
+    is_fixed: impl Fn(usize) -> bool,
 ) -> Vec<ChangeError> {
     let mut found = Vec::new();
     let mut seen = BTreeSet::new();
@@ -149,8 +177,10 @@ pub(super) fn problems(
         }
         let index = world.drones.iter().position(|drone| drone.name == name);
         match (change, index) {
-            (Change::Added(_), Some(_)) => found.push(ChangeError::Known(name.to_owned())),
-            (Change::Added(drone), None) => {
+            (Change::Added(_), Some(index)) if !is_fixed(index) => {
+                found.push(ChangeError::Known(name.to_owned()))
+            }
+            (Change::Added(drone), _) => {
                 let radius_m = drone.vehicle.body_radius_m;
                 let known_m = widest_m - world.planning.gap_to_solids_m();
                 if radius_m > known_m {
@@ -162,8 +192,36 @@ pub(super) fn problems(
                 }
                 placed.push(drone.clone());
             }
+            (Change::Fixed(entry), _) => {
+                if let Err(error) = given(entry, world) {
+                    found.push(ChangeError::Given(Box::new(error)));
+                }
+            }
             (_, None) => found.push(ChangeError::Unknown(name.to_owned())),
             (_, Some(index)) if !is_there(index) => found.push(ChangeError::Gone(name.to_owned())),
+            (change, Some(index))
+                if is_fixed(index) && !matches!(change, Change::Removed { .. }) =>
+            {
+                found.push(ChangeError::Fixed(name.to_owned()));
+            }
+            (Change::Failed { lies_m, .. }, Some(_)) => {
+                let wreck = wreck_of(name);
+                if world.drones.iter().any(|known| known.name == wreck) {
+                    found.push(ChangeError::Known(wreck));
+                }
+                // Whether a body fits there is not asked: it lies there.
+                let (min, max) = (world.bounds_m.min, world.bounds_m.max);
+                let is_inside =
+                    |at_m: &Point3<f64>| (0..3).all(|k| min[k] <= at_m[k] && at_m[k] <= max[k]);
+                let lies_m = lies_m.filter(|it| !is_inside(it));
+                found.extend(lies_m.map(|it| ChangeError::Misplaced {
+                    drone: name.to_owned(),
+                    why: format!(
+                        "`{name}` lies at ({}, {}, {}) m, which is outside the bounds",
+                        it.x, it.y, it.z
+                    ),
+                }));
+            }
             (Change::Late { by_s, .. }, _) if !(by_s.is_finite() && *by_s >= 0.0) => {
                 found.push(ChangeError::Delay {
                     drone: name.to_owned(),
@@ -199,7 +257,8 @@ pub(super) fn problems(
         let mut places_m = goals_m.chain([drone.start_m]);
         places_m.all(|at_m| at_m.iter().all(|c| c.is_finite()))
     });
-    let comes = |name: &str| !world.drones.iter().any(|known| known.name == name);
+    let known = |name: &str| world.drones.iter().position(|known| known.name == name);
+    let comes = |name: &str| known(name).is_none_or(&is_fixed);
     let placed = World {
         drones: placed,
         ..world.clone()

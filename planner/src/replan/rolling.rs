@@ -46,7 +46,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use super::change::{self, Change, ChangeError};
-use super::track::{State, Track, cut, legs_of};
+use super::track::{State, Track, curve_m, cut, legs_of};
 use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
@@ -54,12 +54,13 @@ use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::plan::{AtEnd, DronePlan, Plan, Unplanned, Violation};
+use crate::plan::{AtEnd, DronePlan, Plan, TrajectoryEntry, Unplanned, Violation};
 use crate::scenario::Problems;
 use crate::scenario::limits::BUSY_S;
+use crate::scenario::placement::landing_place_m;
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{AtStart, Drone, Task, World};
-use crate::solver::assemble::{blank, fleet, rounded, write_arrival, write_legs};
+use crate::scenario::world::{AtStart, Drone, PathMotion, Task, World};
+use crate::solver::assemble::{blank, fleet, rounded, stay_until, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
@@ -136,6 +137,12 @@ pub enum Cause {
     Added,
     /// It was taken out.
     Removed,
+    /// It has failed.
+    Failed,
+    /// It is what lies where a drone came down.
+    Wreck,
+    /// It is another planner's, and that has said what it flies.
+    Fixed,
     /// It has something else to do, or is to land.
     Retasked,
     /// It was in the way of one of these.
@@ -170,6 +177,7 @@ impl Running {
                 agent,
                 since: Tick(0),
                 planned,
+                is_fixed: false,
                 lingers: 0,
             });
         }
@@ -220,6 +228,7 @@ impl Running {
             (at.seconds(), widest_m),
             changes,
             there,
+            |index| self.tracks[index].is_fixed,
         );
         if !problems.is_empty() {
             return Err(problems);
@@ -247,6 +256,129 @@ impl Running {
         })
     }
 
+    /// Takes note of what drones of other planners fly from a moment on, each by its whole
+    /// trajectory, and verifies the whole plan. Unlike [`Change::Fixed`] it changes nothing that is
+    /// planned here: what it breaks is among the plan's violations. A drone that was planned here
+    /// is the other's from now on.
+    ///
+    /// # Errors
+    ///
+    /// All that is wrong with them; then nothing has changed.
+    pub fn note(&mut self, at_s: f64, theirs: &[DronePlan]) -> Result<(), Vec<ChangeError>> {
+        let at = self.moment(at_s).map_err(|error| vec![error])?;
+        let wrong = theirs.iter().filter_map(|it| given(it, &self.world).err());
+        let wrong: Vec<_> = wrong.map(|it| ChangeError::Given(Box::new(it))).collect();
+        if !wrong.is_empty() {
+            return Err(wrong);
+        }
+        self.known = at;
+        let fits = self.fit();
+        for entry in theirs {
+            let index = self
+                .world
+                .drones
+                .iter()
+                .position(|it| it.name == entry.name);
+            let mut turn = Turn {
+                running: self,
+                at,
+                asked: BTreeMap::new(),
+            };
+            turn.fix(index, entry, Cause::Fixed);
+        }
+        if self.has_outgrown(fits) {
+            self.fill_costmap();
+        } else {
+            for entry in theirs {
+                let index = self
+                    .world
+                    .drones
+                    .iter()
+                    .position(|it| it.name == entry.name);
+                if let Some(index) = index {
+                    self.costmap.remove(id(index));
+                    self.costmap.insert(self.tracks[index].flown_from(at));
+                }
+            }
+        }
+        self.judge();
+        Ok(())
+    }
+
+    /// For what the costmap is made: how many kinds, and how far off its legs others fly (m).
+    fn fit(&self) -> (usize, f64) {
+        (self.job.kinds.len(), self.job.others_astray_m)
+    }
+
+    /// Whether the costmap has to be made anew for what has come since.
+    fn has_outgrown(&self, (kinds, astray_m): (usize, f64)) -> bool {
+        let conditions = self.costmap.fleet().conditions();
+        self.job.kinds.len() > kinds
+            || self.job.others_astray_m > astray_m
+            || self.tracks.len() > self.costmap.drone_count()
+            || self.world.drones.iter().any(|drone| {
+                drone.air_limit < conditions.lowest_air_limit
+                    || drone.vehicle.max_speed_mps > conditions.fastest_mps
+            })
+    }
+
+    /// Drops what was flown before a time (s), as far as nothing still depends on it: of each drone
+    /// up to where it last stood still before, and drones that had left by then. What is left
+    /// begins later (`enters_s`), and goes on as it was. Without this a plan grows for as long as it
+    /// is flown. The same calls give the same bytes.
+    pub fn forget(&mut self, before_s: f64) {
+        if !BUSY_S.contain(before_s) {
+            return;
+        }
+        let before = Tick(Tick::lasting(before_s)).min(self.known);
+        let mut kept = Vec::with_capacity(self.tracks.len());
+        for (index, track) in self.tracks.iter_mut().enumerate() {
+            let is_there = !track.has_left(before);
+            kept.push(is_there);
+            if is_there
+                && !track.is_fixed
+                && let Some(since) = track.forget(&self.job.roadmap, before)
+            {
+                let entry = &mut self.plan.drones[index];
+                entry.enters_s = Some(since.seconds());
+                let flies = track.legs.first().is_some_and(|leg| leg.flying);
+                entry.at_start = if flies {
+                    AtStart::Hover
+                } else {
+                    AtStart::Landed
+                };
+                let kinds = &self.job.kinds;
+                write_legs(entry, &track.agent, &track.legs, |leg| {
+                    kinds.mass_kg(leg.kind)
+                });
+                stay_until(&mut entry.trajectory, entry.arrives_s);
+                let left = track.agent.waypoints.len();
+                let tasks = &mut self.world.drones[index].tasks;
+                tasks.drain(..tasks.len().saturating_sub(left));
+                self.world.drones[index].start_m = track.legs[0].from_m;
+                self.world.drones[index].at_start = entry.at_start;
+            }
+        }
+        if kept.contains(&false) {
+            self.tracks = of_kept(std::mem::take(&mut self.tracks), &kept);
+            self.plan.drones = of_kept(std::mem::take(&mut self.plan.drones), &kept);
+            self.world.drones = of_kept(std::mem::take(&mut self.world.drones), &kept);
+            let names: BTreeSet<&str> = self.plan.drones.iter().map(|it| &it.name[..]).collect();
+            (self.plan.unplanned).retain(|one| names.contains(&one.name[..]));
+            for (index, track) in self.tracks.iter_mut().enumerate() {
+                track.agent.drone = id(index);
+                track.agent.forgiven.clear();
+                let begun = track.agent.begun.iter_mut();
+                for leg in track.legs.iter_mut().chain(begun) {
+                    leg.drone = id(index);
+                }
+            }
+        }
+        let ends_s = |it: &Violation| it.until_s.is_none_or(|until_s| until_s >= before_s);
+        self.plan.violations.retain(ends_s);
+        self.fill_costmap();
+    }
+
     /// The whole tick of a time (s), rounded up.
     fn moment(&self, at_s: f64) -> Result<Tick, ChangeError> {
         if !BUSY_S.contain(at_s) {
@@ -265,6 +397,8 @@ impl Running {
     /// A costmap with room for more, and what all drones still fly in it.
     fn fill_costmap(&mut self) {
         let room = self.tracks.len() + SPARE_DRONES;
+        // How far what they fly is from its legs.
+        self.job.agents = self.tracks.iter().map(|it| it.agent.clone()).collect();
         self.costmap = self.job.costmap(&self.world, true, room);
         for track in &mut self.tracks {
             track.lingers = self.costmap.lingers();
@@ -283,6 +417,12 @@ impl Running {
         let report = verify(&self.plan);
         self.plan = judged(self.plan.clone(), report, unplanned);
     }
+}
+
+/// Those that are to be kept.
+fn of_kept<T>(all: Vec<T>, kept: &[bool]) -> Vec<T> {
+    let kept = all.into_iter().zip(kept).filter(|(_, kept)| **kept);
+    kept.map(|(it, _)| it).collect()
 }
 
 /// Whether this is the plan of this world, and can be flown.
@@ -449,7 +589,8 @@ impl Turn<'_> {
         let mut drones = self.running.world.drones.iter();
         let index = drones.position(|drone| drone.name == change.drone());
         match (change, index) {
-            (Change::Added(drone), _) => self.add(drone),
+            (Change::Added(drone), index) => self.add(index, drone),
+            (Change::Fixed(entry), index) => self.fix(index, entry, Cause::Fixed),
             (Change::Late { by_s, .. }, Some(index)) => self.fall_behind(index, *by_s),
             (Change::Retasked { tasks, .. }, Some(index)) => {
                 let at_end = self.running.world.drones[index].at_end;
@@ -460,21 +601,108 @@ impl Turn<'_> {
                 let at_end = over_m.map_or(AtEnd::Hover, |_| AtEnd::Land);
                 self.retask(index, &change::landing(*over_m), at_end);
             }
-            (Change::Removed { .. }, Some(index)) => {
-                let track = &mut self.running.tracks[index];
-                // It stops before it is gone.
-                track.stop(self.at);
-                track.agent.waypoints.clear();
-                track.agent.kinds.truncate(1);
-                self.running.world.drones[index].tasks.clear();
-                // Its air is still under way.
-                let rest = track.flown_from(self.at);
-                self.running.costmap.remove(id(index));
-                self.running.costmap.insert(rest);
-                self.ask(index, Cause::Removed, true, None);
+            (Change::Removed { .. }, Some(index)) => self.remove(index, Cause::Removed),
+            (Change::Failed { lies_m, .. }, Some(index)) => {
+                let lies_m = lies_m.unwrap_or_else(|| self.below(index));
+                self.remove(index, Cause::Failed);
+                self.leave_wreck(index, lies_m);
             }
             (_, None) => {}
         }
+    }
+
+    /// Takes a drone out.
+    fn remove(&mut self, index: usize, cause: Cause) {
+        let track = &mut self.running.tracks[index];
+        // It stops before it is gone; one that falls needs about as long to come down.
+        track.stop(self.at);
+        track.agent.waypoints.clear();
+        track.agent.kinds.truncate(1);
+        self.running.world.drones[index].tasks.clear();
+        // Its air is still under way.
+        let rest = track.flown_from(self.at);
+        self.running.costmap.remove(id(index));
+        self.running.costmap.insert(rest);
+        self.ask(index, cause, true, None);
+    }
+
+    /// On the highest surface below where the plan has a drone (m).
+    fn below(&self, index: usize) -> Point3<f64> {
+        let Running { world, plan, .. } = &*self.running;
+        let at_m = plan.drones[index].trajectory.position_m(self.at.seconds());
+        let at_m = at_m.unwrap_or(world.drones[index].start_m);
+        let radius_m = world.drones[index].vehicle.body_radius_m;
+        landing_place_m(&world.bounds_m, &self.running.solids, at_m, radius_m)
+    }
+
+    /// Leaves the body of a drone where it lies.
+    fn leave_wreck(&mut self, index: usize, lies_m: Point3<f64>) {
+        let failed = &self.running.world.drones[index];
+        let at_s = self.at.seconds();
+        let trajectory = TrajectoryEntry {
+            t_s: vec![at_s],
+            position_m: vec![lies_m],
+            mass_kg: vec![failed.vehicle.airframe.mass_kg()],
+            ..TrajectoryEntry::default()
+        };
+        let wreck = DronePlan {
+            name: change::wreck_of(&failed.name),
+            enters_s: (self.at > Tick(0)).then_some(at_s),
+            at_start: AtStart::Landed,
+            at_end: AtEnd::Land,
+            airborne_s: (at_s, Some(at_s)),
+            trajectory,
+            arrives_s: at_s,
+            ..blank(&self.running.world, failed)
+        };
+        self.fix(None, &wreck, Cause::Wreck);
+    }
+
+    /// Takes what is flown here, whatever is planned; nothing can make it give way.
+    fn fix(&mut self, index: Option<usize>, entry: &DronePlan, cause: Cause) {
+        let running = &mut *self.running;
+        // It is held against the world's rules before.
+        let Ok(drone) = given(entry, &running.world) else {
+            return;
+        };
+        let index = index.unwrap_or(running.tracks.len());
+        let kinds = &mut running.job.kinds;
+        let own = vec![kinds.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg())];
+        let mut legs = legs_of(id(index), entry, false, |kg| kinds.kind(&drone.vehicle, kg));
+        if entry.trajectory.is_smooth() {
+            let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
+            let off_m = curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2));
+            running.job.others_astray_m = running.job.others_astray_m.max(off_m);
+        }
+        // Where it starts is not asked of what is not planned.
+        let duties = Duties {
+            roadmap: &running.job.roadmap,
+            tasks: &[],
+            vertices: &[0],
+            clearance_m: running.world.planning.gap_to_solids_m(),
+            motion: PathMotion::Straight,
+        };
+        let agent = agent_of(id(index), &drone, &duties, own, Ending::Hover);
+        legs.retain(|leg| leg.end > self.at.before(running.costmap.lingers()));
+        let track = Track {
+            legs,
+            agent,
+            since: self.at,
+            planned: true,
+            is_fixed: true,
+            lingers: running.costmap.lingers(),
+        };
+        if index < running.tracks.len() {
+            running.tracks[index] = track;
+            running.world.drones[index] = drone;
+            running.plan.drones[index] = entry.clone();
+        } else {
+            running.tracks.push(track);
+            running.world.drones.push(drone);
+            running.plan.drones.push(entry.clone());
+        }
+        running.plan.unplanned.retain(|one| one.name != entry.name);
+        self.ask(index, cause, true, None);
     }
 
     /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at
@@ -502,28 +730,41 @@ impl Turn<'_> {
     }
 
     /// Lets a drone in at its start; it stays there until it has a path.
-    fn add(&mut self, drone: &Drone) {
-        let index = self.running.tracks.len();
+    fn add(&mut self, known: Option<usize>, drone: &Drone) {
+        let index = known.unwrap_or(self.running.tracks.len());
         let grounded = drone.at_start == AtStart::Landed;
         let start = self.start(drone, drone.start_m, grounded);
         let bare_kg = drone.vehicle.airframe.mass_kg();
         let kind = self.running.job.kinds.kind(&drone.vehicle, bare_kg);
-        self.running.world.drones.push(drone.clone());
+        match known {
+            Some(index) => self.running.world.drones[index] = drone.clone(),
+            None => self.running.world.drones.push(drone.clone()),
+        }
         let agent = Agent {
             grounded,
             departs: self.at,
             ..self.agent(index, start, kind, &drone.tasks)
         };
-        self.running.tracks.push(Track {
+        let track = Track {
             legs: vec![agent.stays_from_departure(&self.running.job.roadmap)],
             agent,
             since: self.at,
             planned: true,
+            is_fixed: false,
             lingers: self.running.costmap.lingers(),
-        });
+        };
         let mut entry = blank(&self.running.world, drone);
         entry.enters_s = (self.at > Tick(0)).then(|| self.at.seconds());
-        self.running.plan.drones.push(entry);
+        match known {
+            Some(index) => {
+                self.running.tracks[index] = track;
+                self.running.plan.drones[index] = entry;
+            }
+            None => {
+                self.running.tracks.push(track);
+                self.running.plan.drones.push(entry);
+            }
+        }
         self.ask(index, Cause::Added, false, None);
     }
 
@@ -622,17 +863,10 @@ impl Turn<'_> {
         changes: &[Change],
         control: &Control<'_>,
     ) -> Result<(Replanned, Released), Vec<Unplanned>> {
-        let kinds_before = self.running.job.kinds.len();
-        let conditions = *self.running.costmap.fleet().conditions();
+        let fits = self.running.fit();
         changes.iter().for_each(|change| self.apply(change));
         let running = &mut *self.running;
-        let outgrown = running.job.kinds.len() > kinds_before
-            || running.tracks.len() > running.costmap.drone_count()
-            || running.world.drones.iter().any(|drone| {
-                drone.air_limit < conditions.lowest_air_limit
-                    || drone.vehicle.max_speed_mps > conditions.fastest_mps
-            });
-        if outgrown {
+        if running.has_outgrown(fits) {
             running.fill_costmap();
         }
 
@@ -643,7 +877,7 @@ impl Turn<'_> {
         running.job.agents = agents;
         let (mut group, mut settled) = (Vec::new(), Vec::new());
         for (&index, asked) in &self.asked {
-            if asked.cause == Cause::Removed {
+            if matches!(asked.cause, Cause::Removed | Cause::Failed) {
                 continue;
             }
             if asked.settled {
@@ -674,7 +908,13 @@ impl Turn<'_> {
             .map(|((tick, drone), agent)| {
                 let is_forgiven = !agent.forgiven.is_empty();
                 let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
-                (drone.name.clone(), tick.after(out))
+                // What is fixed never does anything else.
+                let index = agent.drone.0 as usize;
+                let tick = match running.tracks[index].is_fixed {
+                    true => Tick::FOREVER,
+                    false => tick.after(out),
+                };
+                (drone.name.clone(), tick)
             })
             .collect();
         let mut affected = Affected {
@@ -821,7 +1061,7 @@ impl Turn<'_> {
                     entry.at_end = world.drones[index].at_end;
                     plan.unplanned.retain(|one| one.name != name);
                 }
-                (None, Some(Cause::Removed)) => {
+                (None, Some(Cause::Removed | Cause::Failed)) => {
                     if track.legs.is_empty() {
                         // Gone before it began.
                         entry.trajectory.t_s.truncate(1);
@@ -842,7 +1082,8 @@ impl Turn<'_> {
                         *track = before.clone();
                         world.drones[index].clone_from(drone);
                     }
-                    if stops || before.is_none() {
+                    // What is fixed stays as it was said.
+                    if !track.is_fixed && (stops || before.is_none()) {
                         let legs = paths.legs.get(index).filter(|legs| !legs.is_empty());
                         track.go_on(legs.map_or(costmap.legs(id(index)), |legs| legs));
                         write_legs(entry, &track.agent, &track.legs, mass_kg);

@@ -26,6 +26,8 @@ pub(super) struct Track {
     pub(super) since: Tick,
     /// It has a path to the end of its agent. Others stay where they are.
     pub(super) planned: bool,
+    /// It is not planned here: nothing makes it do anything else.
+    pub(super) is_fixed: bool,
     /// How long the air of a leg may matter after its end (ticks).
     pub(super) lingers: u32,
 }
@@ -210,9 +212,7 @@ impl Track {
         if let (Some(dwell), Some(waypoint)) = (dwells.get(done), self.agent.waypoints.first_mut())
             && dwell.0 <= was
         {
-            let gone = waypoint.dwell_ticks.saturating_sub(dwell.1.0 - was.0);
-            waypoint.dwell_ticks -= gone;
-            waypoint.rest_ticks = waypoint.rest_ticks.saturating_sub(gone);
+            waypoint.dwell_for_less(waypoint.dwell_ticks.saturating_sub(dwell.1.0 - was.0));
         }
         self.since = at;
         // What is flown at a moment depends on the path this much earlier, too.
@@ -284,6 +284,44 @@ impl Track {
         self.cut(first.start);
         self.legs.extend_from_slice(legs);
         self.legs = joined(std::mem::take(&mut self.legs));
+    }
+
+    /// Whether it, and its air, is gone at a moment and nothing of what it flew matters any more.
+    pub(super) fn has_left(&self, at: Tick) -> bool {
+        let matters = 2 * self.agent.lead_ticks() + self.lingers;
+        let last = self.legs.last();
+        last.is_none_or(|leg| leg.end != Tick::FOREVER && leg.end.after(matters) <= at)
+    }
+
+    /// Drops what it flew before it last stood still before a moment, and the tasks that were done
+    /// by then; from when on it is known now. `None`: nothing is dropped.
+    pub(super) fn forget(&mut self, roadmap: &Roadmap, before: Tick) -> Option<Tick> {
+        let lead = self.agent.lead_ticks();
+        let before = before.before(2 * lead + self.lingers);
+        let first = self.legs.first()?.start;
+        // In the middle of a stay what is flown stands still, too.
+        let rests = |leg: &Leg| {
+            let from = leg.start.after(lead);
+            let until = match leg.end {
+                Tick::FOREVER => before,
+                end => end.before(lead).min(before),
+            };
+            (leg.stays() && from <= until && until > first).then_some(until)
+        };
+        let since = self.legs.iter().rev().find_map(rests)?;
+        let dwells = self.dwells(roadmap);
+        let done = dwells.iter().filter(|dwell| dwell.1 <= since).count();
+        self.agent = self.agent_after(done);
+        if let (Some(dwell), Some(waypoint)) = (dwells.get(done), self.agent.waypoints.first_mut())
+            && dwell.0 < since
+        {
+            waypoint.dwell_for_less(since.0 - dwell.0.0);
+        }
+        self.since = self.since.max(since);
+        self.legs.retain(|leg| leg.end > since);
+        let first = self.legs.first_mut()?;
+        *first = first.between(since, first.end);
+        Some(since)
     }
 
     /// Flies nothing any more from a moment on.

@@ -320,7 +320,7 @@ impl AirframeEntry {
     /// # Errors
     ///
     /// What is wrong with it, in words.
-    pub(crate) fn vehicle(&self, density_kg_per_m3: f64) -> Result<Vehicle, String> {
+    pub fn vehicle(&self, density_kg_per_m3: f64) -> Result<Vehicle, String> {
         let by_default = Vehicle::new(self.airframe()?, self.max_speed_mps, density_kg_per_m3);
         let or = |own: Option<f64>, default: f64| own.unwrap_or(default);
         Ok(Vehicle {

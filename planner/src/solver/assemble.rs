@@ -124,7 +124,7 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
 }
 
 /// Lets a trajectory last until the end of its last dwell (s).
-fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
+pub(crate) fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
     let last = entry
         .t_s
         .last()

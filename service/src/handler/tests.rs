@@ -489,3 +489,75 @@ fn a_drone_that_flies_lands_where_it_is_told() {
     let [x, y, z] = planned_m(&service, "left", 60.0);
     assert!((x - 10.5).abs() < 1e-9 && (y - 4.5).abs() < 1e-9 && z < 0.5);
 }
+
+#[test]
+fn a_drone_that_fails_lies_where_it_came_down_until_it_is_removed() {
+    let mut service = opened();
+    let fail = json!([{"fail": {"drone": "left", "lies_m": [6.5, 3.0, 0.1]}}]);
+    let told = tell(&mut service, &change(1, 3.0, &fail));
+    let patch = told
+        .answer
+        .patch()
+        .unwrap_or_else(|| panic!("{:?}", told.answer))
+        .clone();
+    let names: Vec<&str> = patch.changed.iter().map(|it| &it.drone[..]).collect();
+    assert_eq!(names, ["left", "left (wreck)"]);
+    assert_eq!(
+        patch.changed[1].trajectory.position_m,
+        [[6.5, 3.0, 0.1].into()]
+    );
+    // What lies there does nothing more.
+    let late = json!([{"late": {"drone": "left (wreck)", "by_s": 1}}]);
+    let told = tell(&mut service, &change(2, 4.0, &late));
+    assert_eq!(told.answer.error.unwrap().code, Code::Change);
+    let told = tell(
+        &mut service,
+        &json!({"method": "land_all", "params": {"at_s": 4.0}}),
+    );
+    let told = told.answer.patch().expect("the other lands").clone();
+    assert!(told.changed.iter().all(|it| it.drone == "right"));
+    let remove = json!([{"remove": {"drone": "left (wreck)"}}]);
+    let told = tell(&mut service, &change(3, 5.0, &remove));
+    assert_eq!(told.answer.error, None);
+}
+
+#[test]
+fn a_plan_that_is_flown_for_long_stays_small_and_replays_to_the_same_bytes() {
+    let mut service = opened();
+    let mut records = Vec::new();
+    let open = json!({"method": "open", "params": {"scenario": PAIR}});
+    records.extend(tell(&mut Service::default(), &open).record);
+    let mut sizes = Vec::new();
+    for round in 0..40_u32 {
+        let x_m = if round % 2 == 0 { 4.5 } else { 18.5 };
+        let tasks = json!([{"to_m": [x_m, 2.5, 1.5]}, {"to_m": [x_m, 4.5, 2.5]}]);
+        let comes = json!({
+            "drone": format!("guest {round}"), "like": "right", "start_m": [12.5, 10.5, 1.5],
+            "tasks": [{"to_m": [12.5, 9.5, 1.5]}], "at_end": "leave",
+        });
+        let changes = json!([{"retask": {"drone": "left", "tasks": tasks}}, {"add": comes}]);
+        let at_s = 25.0 * f64::from(round + 1);
+        let told = tell(&mut service, &change(u64::from(round) + 1, at_s, &changes));
+        assert_eq!(told.answer.error, None, "round {round}");
+        records.extend(told.record);
+        sizes.push(plan_text(&mut service).len());
+        // What it says of now is what it said before.
+        let [x, y, z] = planned_m(&service, "left", at_s);
+        let seen = tell(&mut service, &state(at_s, "left", [x, y, z]))
+            .answer
+            .result;
+        let Some(Told::Seen(seen)) = seen else {
+            panic!("{seen:?}")
+        };
+        assert_eq!((seen.patch, seen.off_path), (None, Vec::new()));
+    }
+    let (early, late) = (sizes[8..20].iter().max(), sizes[28..].iter().max());
+    // But for the digits of later times.
+    let (early, late) = (early.unwrap() / 10, late.unwrap() / 11);
+    assert!(late <= early, "{sizes:?}");
+    let mut again = Service::default();
+    for record in records {
+        again.replay(record).unwrap();
+    }
+    assert_eq!(plan_text(&mut again), plan_text(&mut service));
+}

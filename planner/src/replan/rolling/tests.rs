@@ -467,3 +467,250 @@ fn a_late_drone_that_flies_smoothly_is_where_and_as_fast_as_it_was() {
         assert!(off_m(0.0) < 1e-9 && off_m(0.1) < 1e-9, "{by_s}");
     }
 }
+
+#[test]
+fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
+    let (world, plan) = hall(12);
+    let mut running = Running::new(world, plan).expect("its plan");
+    let failed = find(running.plan(), "d1").clone();
+    let at_m = failed.trajectory.position_m(4.0).expect("it flies");
+    // Another was to land where the body comes to lie.
+    let over = task(at_m.x.floor() + 0.5, at_m.y.floor() + 0.5, 3.5);
+    let lands = Change::Landed {
+        drone: "d2".to_owned(),
+        over_m: Some(over.to_m),
+    };
+    running
+        .replan(2.0, &[lands], &Control::QUIET)
+        .expect("in order");
+    let fails = Change::Failed {
+        drone: "d1".to_owned(),
+        lies_m: None,
+    };
+    let told = running.replan(4.0, std::slice::from_ref(&fails), &Control::QUIET);
+    let told = told.expect("in order");
+    sound(&running);
+    let causes: Vec<Cause> = told.changed.iter().map(|it| it.cause).collect();
+    assert!(causes.contains(&Cause::Failed) && causes.contains(&Cause::Wreck));
+    let gone = find(running.plan(), "d1");
+    assert_eq!(gone.at_end, AtEnd::Leave);
+    assert!(gone.airborne_s.1.expect("its wake ends") < 6.0);
+    let wreck = find(running.plan(), "d1 (wreck)");
+    let radius_m = wreck.airframe.body_radius_m;
+    let lies_m = wreck.trajectory.position_m[0];
+    assert_eq!(lies_m, Point3::new(at_m.x, at_m.y, radius_m));
+    assert_eq!(wreck.airborne_s, (4.0, Some(4.0)));
+    let last_m = find(running.plan(), "d2")
+        .trajectory
+        .position_m(1e4)
+        .expect("it stays");
+    assert!((last_m - lies_m).norm() > 2.0 * radius_m, "{last_m}");
+
+    let wrong = running
+        .replan(5.0, &[fails], &Control::QUIET)
+        .expect_err("it has failed");
+    assert!(
+        matches!(wrong[..], [ChangeError::Known(_)] | [ChangeError::Gone(_)]),
+        "{wrong:?}"
+    );
+    let wrong = running.replan(5.0, &[late("d1 (wreck)", 1.0)], &Control::QUIET);
+    assert_eq!(
+        wrong,
+        Err(vec![ChangeError::Fixed("d1 (wreck)".to_owned())])
+    );
+    let outside = Change::Failed {
+        drone: "d3".to_owned(),
+        lies_m: Some(Point3::new(-3.0, 0.0, 0.0)),
+    };
+    let wrong = running
+        .replan(5.0, &[outside], &Control::QUIET)
+        .expect_err("outside");
+    assert!(
+        wrong[0].to_string().contains("outside the bounds"),
+        "{wrong:?}"
+    );
+    running
+        .replan(6.0, &[removed("d1 (wreck)")], &Control::QUIET)
+        .expect("it is carried off");
+    sound(&running);
+}
+
+/// A day in the life of a few drones: each is told another task once it has done the last, some
+/// leave and others come.
+fn lives(text: &str, forgets: bool) -> Running {
+    let world = read_world(text).expect("in order");
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    let mut running = Running::new(world, plan).expect("its plan");
+    let first = running.world().drones[0].clone();
+    for round in 0..12_u32 {
+        let at_s = 10.0 * f64::from(round + 1);
+        let at = |k: u32| f64::from((7 * round + 3 * k) % 18) + 1.5;
+        let mut changes = vec![
+            retasked("a", vec![task(at(0), 2.5, 1.5), task(at(1), 7.5, 2.5)]),
+            late("b", 0.5),
+        ];
+        if round == 2 {
+            changes[1] = removed("b");
+        } else if round > 2 {
+            let name = format!("c{round}");
+            changes[1] = Change::Added(Drone {
+                name,
+                start_m: Point3::new(at(2), 11.5, 1.5),
+                tasks: vec![task(at(3), 11.5, 1.5)],
+                at_end: AtEnd::Leave,
+                ..first.clone()
+            });
+        }
+        running
+            .replan(at_s, &changes, &Control::QUIET)
+            .expect("in order");
+        sound(&running);
+        if forgets {
+            running.forget(at_s - 5.0);
+            sound(&running);
+        }
+    }
+    running
+}
+
+#[test]
+fn what_is_forgotten_changes_nothing_that_is_still_flown() {
+    for motion in ["Straight", "Smooth"] {
+        let text = format!(
+            r#"Scenario(name: "yard", bounds_m: (min: (0, 0, 0), max: (20, 14, 5)), drones: [
+                (name: "a", airframe: "kolibri", start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (15.5, 7.5, 1.5), dwell_s: 1)]),
+                (name: "b", airframe: "kolibri", start_m: (15.5, 4.5, 1.5), tasks: [(to_m: (4.5, 4.5, 1.5))]),
+            ], planning: (motion: {motion}))"#
+        );
+        let (whole, short) = (lives(&text, false), lives(&text, true));
+        assert!(whole.plan().drones.len() > 10);
+        assert!(
+            short.plan().drones.len() < 6,
+            "{}",
+            short.plan().drones.len()
+        );
+        for new in &short.plan().drones {
+            let old = find(whole.plan(), &new.name);
+            let begins_s = new.enters_s.unwrap_or(0.0);
+            let last_s = old.trajectory.t_s.last().copied().expect("it flies");
+            for step in 0..=200 {
+                let at_s = begins_s + (last_s + 1.0 - begins_s) * f64::from(step) / 200.0;
+                let place = |it: &DronePlan| it.trajectory.position_m(at_s).expect("it is there");
+                assert!(
+                    (place(old) - place(new)).norm() < 1e-6,
+                    "{} at {at_s} s",
+                    old.name
+                );
+            }
+        }
+        let points = |it: &Running| {
+            it.plan()
+                .drones
+                .iter()
+                .map(|it| it.trajectory.t_s.len())
+                .sum::<usize>()
+        };
+        assert!(
+            points(&short) < points(&whole) / 3,
+            "{} of {}",
+            points(&short),
+            points(&whole)
+        );
+    }
+}
+
+#[test]
+fn what_another_planner_flies_is_kept_clear_of_and_changes_hands_both_ways() {
+    let read = |motion: &str, drones: &str| {
+        read_world(&format!(
+            r#"Scenario(name: "area", bounds_m: (min: (0, 0, 0), max: (20, 14, 6)), drones: [{drones}],
+               planning: (motion: {motion}))"#
+        ))
+        .expect("in order")
+    };
+    let of = |world: &World| {
+        let told = crate::plan_world(world, &Control::QUIET).expect("in order");
+        told.into_planned().expect("a plan").plan
+    };
+    for (mine, theirs) in [
+        ("Straight", "Smooth"),
+        ("Smooth", "Straight"),
+        ("Smooth", "Smooth"),
+    ] {
+        let ours = read(
+            mine,
+            r#"(name: "low", airframe: "kolibri", start_m: (2.5, 6.5, 1.5), tasks: [(to_m: (17.5, 6.5, 1.5))]),
+                (name: "heavy", airframe: "matrice-300", start_m: (17.5, 11.5, 4.5))"#,
+        );
+        let theirs = of(&read(
+            theirs,
+            r#"(name: "lifter", airframe: "matrice-300", start_m: (9.5, 0.9, 4.5), tasks: [(to_m: (9.5, 11.5, 4.5))])"#,
+        ));
+        let mut running = Running::new(ours.clone(), of(&ours)).expect("its plan");
+        let comes = Change::Fixed(Box::new(theirs.drones[0].clone()));
+        // Taken note of alone, it breaks what the verifier says.
+        let mut noted = running.clone();
+        noted.note(0.0, &theirs.drones).expect("in order");
+        assert!(!noted.plan().violations.is_empty());
+        assert_eq!(
+            find(noted.plan(), "low").trajectory,
+            find(running.plan(), "low").trajectory
+        );
+        let told = running
+            .replan(0.0, std::slice::from_ref(&comes), &Control::QUIET)
+            .expect("in order");
+        sound(&running);
+        assert_eq!(told.changed[0].cause, Cause::GaveWay, "{:?}", told.changed);
+        assert_eq!(
+            find(running.plan(), "lifter").trajectory,
+            theirs.drones[0].trajectory
+        );
+        let wrong = running.replan(1.0, &[late("lifter", 1.0)], &Control::QUIET);
+        assert_eq!(wrong, Err(vec![ChangeError::Fixed("lifter".to_owned())]));
+
+        // Where it hovers at its end it is taken over.
+        let lifter = Drone {
+            start_m: Point3::new(9.5, 11.5, 4.5),
+            tasks: vec![task(3.5, 11.5, 4.5)],
+            ..given(&theirs.drones[0], &ours).expect("in order")
+        };
+        running
+            .replan(40.0, &[Change::Added(lifter)], &Control::QUIET)
+            .expect("in order");
+        sound(&running);
+        let entry = find(running.plan(), "lifter");
+        assert_eq!(entry.enters_s, Some(40.0));
+        assert_eq!(
+            entry.trajectory.position_m(80.0),
+            Some(Point3::new(3.5, 11.5, 4.5))
+        );
+        // And given back.
+        let mut hovers = entry.clone();
+        hovers.enters_s = Some(90.0);
+        hovers.airborne_s.0 = 90.0;
+        hovers.trajectory = TrajectoryEntry {
+            t_s: vec![90.0],
+            position_m: vec![Point3::new(3.5, 11.5, 4.5)],
+            mass_kg: vec![*entry.trajectory.mass_kg.last().expect("its mass")],
+            ..TrajectoryEntry::default()
+        };
+        running
+            .replan(90.0, &[Change::Fixed(Box::new(hovers))], &Control::QUIET)
+            .expect("in order");
+        sound(&running);
+        let wrong = running.replan(91.0, &[retasked("lifter", vec![])], &Control::QUIET);
+        assert!(wrong.is_err());
+        running
+            .replan(
+                92.0,
+                &[
+                    removed("lifter"),
+                    retasked("low", vec![task(3.5, 11.5, 1.5)]),
+                ],
+                &Control::QUIET,
+            )
+            .expect("in order");
+        sound(&running);
+    }
+}

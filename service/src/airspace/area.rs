@@ -1,0 +1,1084 @@
+//! One area's planner.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use nalgebra::Point3;
+use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Violation};
+use planner::replan::GivenError;
+use planner::replan::change::{Change, ChangeError};
+use planner::scenario::world::{Drone, World};
+use planner::{Control, Plan, Running};
+
+use super::Record;
+use super::message::{Border, Fact, Message, Offer, PROTOCOL, Proposal, Says, Settled, Vote};
+use crate::handler::{asked, name_of, tasks};
+use crate::message::{OneChange, Refusal};
+
+/// How often neighbours are told of the border (s). Chosen here: a third of [`Site::silent_s`]'s
+/// usual value.
+const TELL_S: f64 = 1.0;
+/// For how long a planner speaks for its drones at least (s). Chosen here: as long as people need
+/// to start it again.
+const SPEAKS_S: f64 = 60.0;
+/// How much of what was flown is kept (s), and how often the rest is dropped. Chosen here: longer
+/// than air is under way.
+const HISTORY_S: f64 = 60.0;
+/// How far a drone may be from where it was said to be (m): what a delay that is told at once
+/// explains. Chosen here, as for positions that come in.
+const JUMP_M: f64 = 5.0;
+/// Slack in comparing times (s).
+const SAME_S: f64 = 1e-6;
+
+/// What all planners of a site agree on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Site {
+    /// The worlds of the areas, by name: each with the strips that it shares with its neighbours.
+    pub areas: BTreeMap<String, Bounds>,
+    /// How far beside itself a drone's wake or body matters to another at most (m).
+    pub reach_m: f64,
+    /// How long after it is asked a change is to be flown (s): planning, and a message there and
+    /// back.
+    pub lead_s: f64,
+    /// A planner that was not heard for so long is silent (s).
+    pub silent_s: f64,
+}
+
+/// Why a change is not made, or not proposed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refused {
+    /// A proposal is under way: ask again.
+    Busy,
+    /// The changes are not in order, or find no path.
+    Changes(Vec<String>),
+    /// The verifier finds this, against all that is known of the neighbours.
+    NotVerified(String),
+    /// It comes near the world of a neighbour that is not heard.
+    Silent(String),
+    /// It comes within reach of where the drones of a neighbour come down that is not heard any
+    /// more.
+    Closed(String),
+    /// The drone is offered to a neighbour.
+    Offered(String),
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refused::Busy => f.write_str("a proposal is under way"),
+            Refused::Changes(all) => f.write_str(&all.join("; ")),
+            Refused::NotVerified(what) => f.write_str(what),
+            Refused::Silent(area) => write!(f, "near the world of `{area}`, which is not heard"),
+            Refused::Closed(area) => {
+                write!(f, "`{area}` is lost, and its drones come down in its area")
+            }
+            Refused::Offered(drone) => write!(f, "`{drone}` is offered to a neighbour"),
+        }
+    }
+}
+
+impl std::error::Error for Refused {}
+
+/// What has been counted since the planner began.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Changes flown without asking a neighbour.
+    pub alone: u64,
+    /// Proposals made.
+    pub proposed: u64,
+    /// Of these, flown.
+    pub flown: u64,
+    /// Drones taken over.
+    pub taken: u64,
+    /// Proposals of neighbours agreed to, and not.
+    pub votes: [u64; 2],
+    /// Times that own drones gave way to what had happened.
+    pub gave_way: u64,
+    /// From proposal to agreement of all (s), each.
+    pub agreed_in_s: Vec<f64>,
+    /// What neighbours said that cannot be, with who said it.
+    pub contradictions: Vec<(String, String)>,
+}
+
+/// What is known of a neighbour.
+#[derive(Clone, Debug, Default)]
+struct Neighbour {
+    revision: u64,
+    /// Its last proposal.
+    number: u64,
+    /// Its last proposal of which it is known what became of it.
+    settled: u64,
+    /// When it was heard (s).
+    heard_s: Option<f64>,
+    /// Up to when it speaks for its drones (s).
+    until_s: f64,
+    /// What was agreed to, by number: room is kept for it.
+    agreed: BTreeMap<u64, Proposal>,
+}
+
+/// What this planner has proposed.
+#[derive(Clone, Debug)]
+struct Mine {
+    proposal: Proposal,
+    since_s: f64,
+    candidate: Running,
+    changes: Vec<OneChange>,
+    took: Option<(String, Offer)>,
+    /// Whose vote is missing.
+    missing: BTreeSet<String>,
+    /// All that were asked.
+    asked: BTreeSet<String>,
+}
+
+/// The planner of one area.
+#[derive(Clone, Debug)]
+pub struct Area {
+    name: String,
+    site: Site,
+    running: Running,
+    /// A plan without drones, by which parts of it are judged.
+    rules: Plan,
+    revision: u64,
+    number: u64,
+    settled: u64,
+    /// No change was from later (s).
+    clock_s: f64,
+    tidied_s: f64,
+    told_s: f64,
+    /// Drones that are not its own, and whose they are.
+    theirs: BTreeMap<String, String>,
+    neighbours: BTreeMap<String, Neighbour>,
+    mine: Option<Mine>,
+    /// Own drones that are offered, and to whom.
+    offered: BTreeMap<String, String>,
+    /// Drones that can be taken, and from whom.
+    offers: Vec<(String, Offer)>,
+    /// Drones that were taken, from whom, by which proposal: until that neighbour knows.
+    owed: BTreeMap<String, (String, u64)>,
+    outbox: Vec<Message>,
+    records: Vec<Record>,
+    counts: Counts,
+}
+
+impl Area {
+    /// Takes over the plan of an area's own drones.
+    ///
+    /// # Errors
+    /// The plan is not one of this world, or cannot be flown.
+    pub fn new(site: Site, name: &str, world: World, plan: Plan) -> Result<Area, GivenError> {
+        let rules = Plan {
+            drones: Vec::new(),
+            unplanned: Vec::new(),
+            violations: Vec::new(),
+            ..plan.clone()
+        };
+        let running = Running::new(world, plan)?;
+        let bounds_m = running.plan().bounds_m;
+        let is_near = |it: &Bounds| meet(&grown(it, 2.0 * site.reach_m), &bounds_m);
+        let others = site.areas.iter().filter(|(other, _)| *other != name);
+        let neighbours = others.filter(|(_, it)| is_near(it));
+        let neighbours = neighbours.map(|(other, _)| (other.clone(), Neighbour::default()));
+        Ok(Area {
+            name: name.to_owned(),
+            neighbours: neighbours.collect(),
+            site,
+            running,
+            rules,
+            revision: 1,
+            number: 0,
+            settled: 0,
+            clock_s: 0.0,
+            tidied_s: 0.0,
+            told_s: f64::NEG_INFINITY,
+            theirs: BTreeMap::new(),
+            mine: None,
+            offered: BTreeMap::new(),
+            offers: Vec::new(),
+            owed: BTreeMap::new(),
+            outbox: Vec::new(),
+            records: Vec::new(),
+            counts: Counts::default(),
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The plan, with what neighbours fly near its world.
+    pub fn plan(&self) -> &Plan {
+        self.running.plan()
+    }
+
+    /// The drones that this planner answers for.
+    pub fn own(&self) -> impl Iterator<Item = &DronePlan> {
+        let drones = self.running.plan().drones.iter();
+        drones.filter(|it| !self.theirs.contains_key(&it.name))
+    }
+
+    /// Of its plan.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// A proposal is under way.
+    pub fn is_busy(&self) -> bool {
+        self.mine.is_some()
+    }
+
+    /// What has been counted.
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Messages to be sent, once what [`Area::take_records`] gives is kept.
+    pub fn take_messages(&mut self) -> Vec<Message> {
+        std::mem::take(&mut self.outbox)
+    }
+
+    /// What a journal has to keep.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.records)
+    }
+
+    /// Changes the own drones from [`Site::lead_s`] on: at once where no neighbour is concerned,
+    /// else proposed. `true`: it is flown.
+    ///
+    /// # Errors
+    /// Why not; then nothing has changed.
+    pub fn ask(&mut self, now_s: f64, changes: Vec<OneChange>) -> Result<bool, Refused> {
+        self.propose(now_s, changes, None)
+    }
+
+    /// What has happened to own drones (late, failed, removed): it is flown already. The neighbours
+    /// are told, and give way.
+    ///
+    /// # Errors
+    /// The changes are not in order; then nothing has changed.
+    pub fn report(&mut self, at_s: f64, changes: Vec<OneChange>) -> Result<(), Refused> {
+        self.drop_mine();
+        let at_s = at_s.max(self.clock_s);
+        let (candidate, changed) = self.planned(at_s, &changes, None)?;
+        let before = std::mem::replace(&mut self.running, candidate);
+        self.flown(at_s, changes, None, 0);
+        self.tell_fact(&before, &changed);
+        Ok(())
+    }
+
+    /// Offers an own drone that hovers, or will, in the strip shared with a neighbour. What it
+    /// still has to do goes with it.
+    ///
+    /// # Errors
+    /// It is not an own drone that ends hovering in the neighbour's world.
+    pub fn offer(&mut self, to: &str, offer: Offer) -> Result<(), Refused> {
+        let wrong = |why: &str| {
+            let what = format!("`{}` cannot be offered to `{to}`: {why}", offer.drone);
+            Err(Refused::Changes(vec![what]))
+        };
+        let Some(bounds_m) = self.site.areas.get(to) else {
+            return wrong("no area is called that");
+        };
+        let Some(entry) = self.own().find(|it| it.name == offer.drone) else {
+            return wrong("it is not planned here");
+        };
+        let ends_m = entry.trajectory.position_m.last();
+        if entry.at_end != AtEnd::Hover || !ends_m.is_some_and(|it| is_inside(bounds_m, it)) {
+            return wrong("it does not end hovering in that world");
+        }
+        self.offered.insert(offer.drone.clone(), to.to_owned());
+        self.records.push(Record::Offered {
+            drone: offer.drone.clone(),
+            to: Some(to.to_owned()),
+        });
+        self.say(to, Says::Offer(offer));
+        Ok(())
+    }
+
+    /// A drone is offered to a neighbour.
+    pub fn is_offered(&self, drone: &str) -> bool {
+        self.offered.contains_key(drone)
+    }
+
+    /// Takes an offer back; what was agreed to by then may still be flown.
+    pub fn withdraw(&mut self, drone: &str) {
+        if self.offered.remove(drone).is_some() {
+            self.records.push(Record::Offered {
+                drone: drone.to_owned(),
+                to: None,
+            });
+        }
+    }
+
+    /// What has to be done as time goes by: proposals that were not agreed to in time are dropped,
+    /// neighbours are told of the border, offers are taken.
+    pub fn tick(&mut self, now_s: f64) {
+        if (self.mine.as_ref()).is_some_and(|it| now_s >= it.proposal.from_s) {
+            self.drop_mine();
+        }
+        if now_s - self.told_s >= TELL_S {
+            self.told_s = now_s;
+            let all: Vec<String> = self.neighbours.keys().cloned().collect();
+            for neighbour in all {
+                let border = self.border(&neighbour, now_s);
+                self.say(&neighbour, Says::Border(border));
+            }
+        }
+        if self.mine.is_none() {
+            self.take_offer(now_s);
+        }
+        if self.mine.is_none() && now_s - self.tidied_s >= HISTORY_S {
+            self.tidied_s = now_s;
+            self.running.forget(now_s - HISTORY_S);
+            self.records.push(Record::Forgot {
+                before_s: now_s - HISTORY_S,
+            });
+        }
+    }
+
+    /// All that may matter to a neighbour now.
+    pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
+        let is_owed = |it: &DronePlan| {
+            let from = self.owed.get(&it.name);
+            from.is_some_and(|(from, _)| from == neighbour)
+        };
+        let near = |it: &&DronePlan| self.matters(it, neighbour, now_s) || is_owed(it);
+        let drones: Vec<DronePlan> = self.own().filter(near).cloned().collect();
+        let ends_s = drones.iter().filter_map(|it| it.trajectory.t_s.last());
+        Border {
+            revision: self.revision,
+            at_s: now_s,
+            until_s: ends_s.copied().fold(now_s + SPEAKS_S, f64::max),
+            settled: self.settled,
+            heard: self.neighbours.get(neighbour).map_or(0, |it| it.settled),
+            drones,
+        }
+    }
+
+    /// Hears what a neighbour says. What cannot be is refused: the neighbour's last wakes stay.
+    pub fn hear(&mut self, now_s: f64, message: &Message) {
+        let from = &message.from;
+        if message.to != self.name || !self.neighbours.contains_key(from) {
+            return;
+        }
+        let heard = match &message.says {
+            _ if message.protocol != PROTOCOL => Err(format!(
+                "it speaks `{}`, this planner `{PROTOCOL}`",
+                message.protocol
+            )),
+            Says::Border(border) => self.hear_border(now_s, from, border),
+            Says::Propose(proposal) => self.hear_proposal(now_s, from, proposal),
+            Says::Vote(vote) => self.hear_vote(now_s, from, vote),
+            Says::Settle(settled) => self.hear_settled(from, *settled),
+            Says::Fact(fact) => self.hear_fact(from, fact),
+            Says::Offer(offer) => {
+                self.offers.retain(|(_, it)| it.drone != offer.drone);
+                self.offers.push((from.clone(), offer.clone()));
+                Ok(())
+            }
+        };
+        match heard {
+            Ok(()) => {
+                if let Some(it) = self.neighbours.get_mut(from) {
+                    it.heard_s = Some(now_s);
+                }
+            }
+            Err(what) => self.counts.contradictions.push((from.clone(), what)),
+        }
+    }
+
+    /// Does again what a journal has kept.
+    ///
+    /// # Errors
+    /// A record that does not follow from those before it.
+    pub fn replay(&mut self, record: Record) -> Result<(), Refused> {
+        match record {
+            Record::Changed {
+                revision,
+                at_s,
+                changes,
+                took,
+                number,
+            } => {
+                if revision != self.revision + 1 {
+                    let now = self.revision;
+                    let what = format!("revision {revision} does not follow revision {now}");
+                    return Err(Refused::Changes(vec![what]));
+                }
+                let took = took.map(|offer| {
+                    let from = self.theirs.get(&offer.drone).cloned().unwrap_or_default();
+                    (from, offer)
+                });
+                let (candidate, _) = self.planned(at_s, &changes, took.as_ref())?;
+                self.running = candidate;
+                self.number = self.number.max(number);
+                self.flown(at_s, changes, took, number);
+            }
+            Record::Noted {
+                at_s,
+                from,
+                number,
+                drones,
+                gave_way,
+            } => {
+                let done = self.note(at_s, (&from, number), &drones, gave_way);
+                done.map_err(|it| Refused::Changes(vec![it]))?;
+            }
+            Record::Agreed { from, proposal } => {
+                if let Some(it) = self.neighbours.get_mut(&from) {
+                    it.number = proposal.number;
+                    it.agreed.insert(proposal.number, proposal);
+                }
+            }
+            Record::Dropped { from, number } => self.forget_agreed(&from, number),
+            Record::Offered { drone, to } => {
+                match to {
+                    Some(to) => self.offered.insert(drone, to),
+                    None => self.offered.remove(&drone),
+                };
+            }
+            Record::Forgot { before_s } => self.running.forget(before_s),
+        }
+        self.records.clear();
+        Ok(())
+    }
+
+    fn propose(
+        &mut self,
+        now_s: f64,
+        changes: Vec<OneChange>,
+        took: Option<(String, Offer)>,
+    ) -> Result<bool, Refused> {
+        if self.mine.is_some() {
+            return Err(Refused::Busy);
+        }
+        let names = changes.iter().map(name_of);
+        if let Some(it) = { names }.find(|it| self.offered.contains_key(*it)) {
+            return Err(Refused::Offered(it.to_owned()));
+        }
+        let at_s = (now_s + self.site.lead_s).max(self.clock_s);
+        let (candidate, changed) = self.planned(at_s, &changes, took.as_ref())?;
+        self.is_sound(&candidate, at_s)?;
+        let plan = candidate.plan();
+        let found = |plan: &'_ Plan, name: &str| plan.drones.iter().position(|it| it.name == name);
+        let mut asked = BTreeSet::new();
+        for (area, neighbour) in &self.neighbours {
+            for proposal in neighbour.agreed.values() {
+                let found = self.conflict(plan, &proposal.drones, proposal.from_s.min(at_s));
+                found.map_or(Ok(()), |it| Err(Refused::NotVerified(it)))?;
+            }
+            let matters = |name: &String| {
+                let [new, old] = [plan, self.running.plan()].map(|plan| {
+                    found(plan, name).is_some_and(|it| self.matters(&plan.drones[it], area, at_s))
+                });
+                new || old
+            };
+            if !changed.iter().any(matters) && took.as_ref().is_none_or(|it| it.0 != *area) {
+                continue;
+            }
+            match neighbour.heard_s {
+                Some(heard_s) if now_s - heard_s <= self.site.silent_s => {
+                    asked.insert(area.clone());
+                }
+                Some(_) if neighbour.until_s < now_s => return Err(Refused::Closed(area.clone())),
+                _ => return Err(Refused::Silent(area.clone())),
+            }
+        }
+        if asked.is_empty() {
+            self.running = candidate;
+            self.counts.alone += 1;
+            self.flown(at_s, changes, took, 0);
+            return Ok(true);
+        }
+        let entries = changed.iter().filter_map(|name| found(plan, name));
+        let drones: Vec<DronePlan> = entries.map(|it| plan.drones[it].clone()).collect();
+        self.number += 1;
+        self.counts.proposed += 1;
+        let proposal = Proposal {
+            number: self.number,
+            revision: self.revision + 1,
+            seen: 0,
+            from_s: at_s,
+            drones,
+            takes: took.as_ref().map(|(_, offer)| offer.drone.clone()),
+        };
+        for area in &asked {
+            let seen = self.neighbours[area].revision;
+            let proposal = proposal.clone();
+            self.say(area, Says::Propose(Proposal { seen, ..proposal }));
+        }
+        self.mine = Some(Mine {
+            proposal,
+            since_s: now_s,
+            candidate,
+            changes,
+            took,
+            missing: asked.clone(),
+            asked,
+        });
+        Ok(false)
+    }
+
+    /// The plan with changes, and who flies something else.
+    fn planned(
+        &self,
+        at_s: f64,
+        changes: &[OneChange],
+        took: Option<&(String, Offer)>,
+    ) -> Result<(Running, Vec<String>), Refused> {
+        let told =
+            |all: &[Refusal]| Refused::Changes(all.iter().map(|it| it.message.clone()).collect());
+        let mut candidate = self.running.clone();
+        let mut changes = asked(&candidate, at_s, changes).map_err(|it| told(&it))?;
+        changes.extend(took.and_then(|(_, offer)| self.taken(offer)));
+        let wanted: BTreeSet<String> = changes.iter().map(|it| it.drone().to_owned()).collect();
+        let told = candidate.replan(at_s, &changes, &Control::QUIET);
+        let told = told.map_err(|errors| {
+            Refused::Changes(errors.iter().map(ChangeError::to_string).collect())
+        })?;
+        let out = told.refused.iter().filter(|it| wanted.contains(&it.name));
+        let out: Vec<String> = out
+            .map(|it| format!("`{}`: {}", it.name, it.reason))
+            .collect();
+        let is_fact = |it: &Change| matches!(it, Change::Late { .. });
+        if !out.is_empty() && !changes.iter().all(is_fact) {
+            return Err(Refused::Changes(out));
+        }
+        let changed = told.changed.into_iter().map(|it| it.drone);
+        Ok((candidate, changed.collect()))
+    }
+
+    /// A drone that is offered, as one that comes to where it hovers.
+    fn taken(&self, offer: &Offer) -> Option<Change> {
+        let mut drones = self.running.plan().drones.iter();
+        let entry = drones.find(|it| it.name == offer.drone)?;
+        let density_kg_per_m3 = self.running.plan().air.density_kg_per_m3;
+        Some(Change::Added(Drone {
+            name: offer.drone.clone(),
+            vehicle: entry.airframe.vehicle(density_kg_per_m3).ok()?,
+            start_m: *entry.trajectory.position_m.last()?,
+            at_start: AtStart::Hover,
+            tasks: tasks(&offer.tasks),
+            at_end: offer.at_end,
+            air_limit: entry.air_limit,
+        }))
+    }
+
+    /// Whether the verifier finds nothing new of own drones.
+    fn is_sound(&self, candidate: &Running, at_s: f64) -> Result<(), Refused> {
+        let known = &self.running.plan().violations;
+        let is_new = |it: &&Violation| {
+            let counts = it.until_s.is_none_or(|until_s| until_s >= at_s);
+            counts && self.is_ours(it) && !known.contains(it)
+        };
+        match candidate.plan().violations.iter().find(is_new) {
+            Some(it) => Err(Refused::NotVerified(it.to_string())),
+            None => Ok(()),
+        }
+    }
+
+    /// A drone of this planner is in it.
+    fn is_ours(&self, it: &Violation) -> bool {
+        let is_own = |name: &str| !self.theirs.contains_key(name);
+        is_own(&it.drone) || it.with.as_deref().is_some_and(is_own)
+    }
+
+    /// What the verifier finds between own drones of a plan and what others fly from a time on (s).
+    fn conflict(&self, plan: &Plan, theirs: &[DronePlan], from_s: f64) -> Option<String> {
+        let extents = theirs.iter().filter_map(|it| extent(it, from_s));
+        let near = grown(
+            &extents.reduce(|a, b| both(&a, &b))?,
+            2.0 * self.site.reach_m,
+        );
+        let is_theirs = |name: &str| theirs.iter().any(|it| it.name == name);
+        let is_near = |it: &&DronePlan| {
+            !is_theirs(&it.name) && extent(it, from_s).is_some_and(|it| meet(&near, &it))
+        };
+        let mut rules = self.rules.clone();
+        rules.drones = plan.drones.iter().filter(is_near).cloned().collect();
+        rules.drones.extend_from_slice(theirs);
+        let is_own = |name: &str| !is_theirs(name) && !self.theirs.contains_key(name);
+        let counts = |it: &Violation| {
+            it.until_s.is_none_or(|until_s| until_s >= from_s)
+                && (is_own(&it.drone) || it.with.as_deref().is_some_and(is_own))
+                && !plan.violations.contains(it)
+        };
+        let found = planner::verify(&rules).violations.into_iter();
+        { found }.find(counts).map(|it| it.to_string())
+    }
+
+    /// Whether what a drone flies from a time on (s) comes near a neighbour's world.
+    fn matters(&self, entry: &DronePlan, neighbour: &str, from_s: f64) -> bool {
+        let near = self.site.areas.get(neighbour);
+        let near = near.map(|it| grown(it, self.site.reach_m));
+        near.zip(extent(entry, from_s))
+            .is_some_and(|(near, it)| meet(&near, &it))
+    }
+
+    /// The candidate is the plan now.
+    fn flown(
+        &mut self,
+        at_s: f64,
+        changes: Vec<OneChange>,
+        took: Option<(String, Offer)>,
+        number: u64,
+    ) {
+        self.revision += 1;
+        self.clock_s = self.clock_s.max(at_s);
+        self.settled = self.settled.max(number);
+        if let Some((from, offer)) = &took {
+            self.counts.taken += 1;
+            self.theirs.remove(&offer.drone);
+            self.offers.retain(|(_, it)| it.drone != offer.drone);
+            self.owed
+                .insert(offer.drone.clone(), (from.clone(), number));
+        }
+        self.records.push(Record::Changed {
+            revision: self.revision,
+            at_s,
+            changes,
+            took: took.map(|(_, offer)| offer),
+            number,
+        });
+    }
+
+    fn drop_mine(&mut self) {
+        if let Some(mine) = self.mine.take() {
+            let number = mine.proposal.number;
+            self.settled = number;
+            for area in &mine.asked {
+                let is_flown = false;
+                self.say(area, Says::Settle(Settled { number, is_flown }));
+            }
+        }
+    }
+
+    fn hear_proposal(&mut self, now_s: f64, from: &str, it: &Proposal) -> Result<(), String> {
+        let neighbour = &self.neighbours[from];
+        if it.number <= neighbour.number || it.revision <= neighbour.revision {
+            return Err(format!(
+                "proposal {} of revision {}, after {} of {}",
+                it.number, it.revision, neighbour.number, neighbour.revision
+            ));
+        }
+        if it.seen > self.revision {
+            return Err(format!(
+                "it has seen revision {}, there is none such yet",
+                it.seen
+            ));
+        }
+        self.can_be(from, it.takes.as_deref(), &it.drones, it.from_s)?;
+        if let Some(known) = self.neighbours.get_mut(from) {
+            known.number = it.number;
+        }
+        let against = self.against(now_s, from, it);
+        self.counts.votes[usize::from(against.is_some())] += 1;
+        if against.is_none() {
+            let agreed = |known: &mut Neighbour| known.agreed.insert(it.number, it.clone());
+            self.neighbours.get_mut(from).map(agreed);
+            self.records.push(Record::Agreed {
+                from: from.to_owned(),
+                proposal: it.clone(),
+            });
+        }
+        let number = it.number;
+        self.say(from, Says::Vote(Vote { number, against }));
+        Ok(())
+    }
+
+    /// Why a proposal may not be flown.
+    fn against(&mut self, now_s: f64, from: &str, it: &Proposal) -> Option<String> {
+        if now_s >= it.from_s {
+            return Some("it comes too late".to_owned());
+        }
+        if let Some(drone) = &it.takes
+            && !self.theirs.contains_key(drone)
+            && self
+                .running
+                .plan()
+                .drones
+                .iter()
+                .any(|known| known.name == *drone)
+            && self.offered.get(drone).is_none_or(|to| to != from)
+        {
+            return Some(format!("`{drone}` is not offered"));
+        }
+        let from_s = it.from_s - SAME_S;
+        if let Some(found) = self.conflict(self.running.plan(), &it.drones, from_s) {
+            return Some(found);
+        }
+        let mine = self.mine.as_ref()?;
+        let found = self.conflict(mine.candidate.plan(), &it.drones, from_s)?;
+        // Of two that propose at once the first by name goes first.
+        if from < &self.name[..] {
+            self.drop_mine();
+            return None;
+        }
+        Some(found)
+    }
+
+    /// Whether drones that a neighbour speaks of can be its own, and be there.
+    fn can_be(
+        &self,
+        from: &str,
+        takes: Option<&str>,
+        drones: &[DronePlan],
+        at_s: f64,
+    ) -> Result<(), String> {
+        let mut names = BTreeSet::new();
+        for entry in drones {
+            let name = &entry.name[..];
+            if !names.insert(name) {
+                return Err(format!("it says two things of `{name}`"));
+            }
+            let known = self.running.plan().drones.iter().find(|it| it.name == name);
+            let Some(known) = known else { continue };
+            // What was offered may have been taken, and flown on, while nothing was heard.
+            if self.is_taking(from, name) {
+                continue;
+            }
+            if !self.theirs.contains_key(name) && takes != Some(name) {
+                return Err(format!("`{name}` is of `{}`", self.name));
+            }
+            // What is far off may have changed without this planner being told.
+            let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
+            let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
+            if let [Some(a), Some(b)] = places
+                && is_inside(&near, &a)
+                && (a - b).norm() > JUMP_M
+            {
+                let off_m = (a - b).norm();
+                return Err(format!(
+                    "`{name}` is {off_m:.1} m from where it said, at {at_s:.2} s"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// A neighbour may have taken a drone by now.
+    fn is_taking(&self, from: &str, drone: &str) -> bool {
+        let is_offered = self.offered.get(drone).is_some_and(|to| to == from);
+        let mut agreed = self.neighbours[from].agreed.values();
+        is_offered || agreed.any(|it| it.takes.as_deref() == Some(drone))
+    }
+
+    fn hear_vote(&mut self, now_s: f64, from: &str, vote: &Vote) -> Result<(), String> {
+        let Some(mine) = &mut self.mine else {
+            return Ok(());
+        };
+        if vote.number > mine.proposal.number {
+            return Err(format!(
+                "it votes on proposal {}, there is none such yet",
+                vote.number
+            ));
+        }
+        if vote.number < mine.proposal.number {
+            return Ok(());
+        }
+        mine.missing.remove(from);
+        if vote.against.is_some() || now_s >= mine.proposal.from_s {
+            self.drop_mine();
+        } else if mine.missing.is_empty()
+            && let Some(mine) = self.mine.take()
+        {
+            let number = mine.proposal.number;
+            self.running = mine.candidate;
+            self.counts.flown += 1;
+            self.counts.agreed_in_s.push(now_s - mine.since_s);
+            self.flown(mine.proposal.from_s, mine.changes, mine.took, number);
+            for area in &mine.asked {
+                let is_flown = true;
+                self.say(area, Says::Settle(Settled { number, is_flown }));
+            }
+        }
+        Ok(())
+    }
+
+    fn hear_settled(&mut self, from: &str, settled: Settled) -> Result<(), String> {
+        let Settled { number, is_flown } = settled;
+        let neighbour = &self.neighbours[from];
+        let agreed = neighbour.agreed.get(&number).cloned();
+        match agreed {
+            None if is_flown && number > neighbour.settled => Err(format!(
+                "it flies proposal {number}, which was not agreed to"
+            )),
+            None => Ok(()),
+            Some(_) if !is_flown => {
+                self.drop_agreed(from, number);
+                Ok(())
+            }
+            Some(proposal) => {
+                if let Some(it) = self.neighbours.get_mut(from) {
+                    it.revision = it.revision.max(proposal.revision);
+                }
+                self.noted(from, number, &proposal.drones)
+            }
+        }
+    }
+
+    fn hear_fact(&mut self, from: &str, fact: &Fact) -> Result<(), String> {
+        let known = self.neighbours[from].revision;
+        if fact.revision <= known {
+            return Err(format!("revision {} after revision {known}", fact.revision));
+        }
+        self.can_be(from, None, &fact.drones, self.clock_s)?;
+        if let Some(it) = self.neighbours.get_mut(from) {
+            it.revision = fact.revision;
+        }
+        let settled = self.neighbours[from].settled;
+        self.noted(from, settled, &fact.drones)
+    }
+
+    fn hear_border(&mut self, now_s: f64, from: &str, border: &Border) -> Result<(), String> {
+        let known = &self.neighbours[from];
+        if border.revision < known.revision {
+            return Err(format!(
+                "revision {} after revision {}",
+                border.revision, known.revision
+            ));
+        }
+        // Of what was taken from it, it may not know yet.
+        let was_its = |it: &&DronePlan| {
+            let owed = self.owed.get(&it.name);
+            owed.is_none_or(|(to, number)| to != from || *number <= border.heard)
+        };
+        let said: Vec<DronePlan> = border.drones.iter().filter(was_its).cloned().collect();
+        self.can_be(from, None, &said, now_s)?;
+        let plan = self.running.plan();
+        let is_other = |it: &&DronePlan| {
+            let mut drones = plan.drones.iter();
+            let old = drones.find(|old| old.name == it.name);
+            old.is_none_or(|old| !is_same(old, it, now_s) || !self.theirs.contains_key(&it.name))
+        };
+        let other: Vec<DronePlan> = said.iter().filter(is_other).cloned().collect();
+        let was_heard = known.heard_s.is_some();
+        let is_known = |it: &DronePlan| self.theirs.contains_key(&it.name);
+        if was_heard && border.revision == known.revision && other.iter().any(is_known) {
+            return Err(format!(
+                "it says two things of revision {}",
+                border.revision
+            ));
+        }
+        let open: Vec<u64> = known.agreed.keys().copied().collect();
+        let open = open.into_iter().filter(|it| *it <= border.settled);
+        for number in open.collect::<Vec<u64>>() {
+            self.drop_agreed(from, number);
+        }
+        if let Some(it) = self.neighbours.get_mut(from) {
+            it.revision = border.revision;
+            it.until_s = border.until_s;
+            it.settled = it.settled.max(border.settled);
+            it.number = it.number.max(border.settled);
+        }
+        self.owed
+            .retain(|_, (to, number)| to != from || *number > border.heard);
+        if other.is_empty() {
+            return Ok(());
+        }
+        self.noted(from, border.settled, &other)
+    }
+
+    /// A neighbour's drones fly something else; own ones give way where they must.
+    fn noted(&mut self, from: &str, number: u64, drones: &[DronePlan]) -> Result<(), String> {
+        // What is proposed was not planned around them.
+        self.drop_mine();
+        let at_s = self.clock_s;
+        let before = self.running.clone();
+        self.note(at_s, (from, number), drones, false)?;
+        let known = &before.plan().violations;
+        let violations = self.running.plan().violations.iter();
+        let is_new = |it: &Violation| {
+            let counts = it.until_s.is_none_or(|until_s| until_s >= at_s);
+            counts && self.is_ours(it) && !known.contains(it)
+        };
+        if !{ violations }.any(is_new) {
+            return Ok(());
+        }
+        self.records.pop();
+        self.running = before.clone();
+        self.note(at_s, (from, number), drones, true)?;
+        self.counts.gave_way += 1;
+        let old = |name: &str| before.plan().drones.iter().find(|it| it.name == name);
+        let changed = self
+            .own()
+            .filter(|it| old(&it.name).is_some_and(|old| old != *it));
+        let changed: Vec<String> = changed.map(|it| it.name.clone()).collect();
+        self.tell_fact(&before, &changed);
+        Ok(())
+    }
+
+    fn note(
+        &mut self,
+        at_s: f64,
+        (from, number): (&str, u64),
+        drones: &[DronePlan],
+        gave_way: bool,
+    ) -> Result<(), String> {
+        let wrong = |errors: Vec<ChangeError>| {
+            let all: Vec<String> = errors.iter().map(ChangeError::to_string).collect();
+            all.join("; ")
+        };
+        if gave_way {
+            let fixed = |it: &DronePlan| Change::Fixed(Box::new(it.clone()));
+            let changes: Vec<Change> = drones.iter().map(fixed).collect();
+            let told = self.running.replan(at_s, &changes, &Control::QUIET);
+            told.map_err(wrong)?;
+            self.revision += 1;
+        } else {
+            self.running.note(at_s, drones).map_err(wrong)?;
+        }
+        for entry in drones {
+            self.theirs.insert(entry.name.clone(), from.to_owned());
+            self.offered.remove(&entry.name);
+            self.owed.remove(&entry.name);
+        }
+        self.forget_agreed(from, number);
+        self.records.push(Record::Noted {
+            at_s,
+            from: from.to_owned(),
+            number,
+            drones: drones.to_vec(),
+            gave_way,
+        });
+        Ok(())
+    }
+
+    fn drop_agreed(&mut self, from: &str, number: u64) {
+        self.forget_agreed(from, number);
+        self.records.push(Record::Dropped {
+            from: from.to_owned(),
+            number,
+        });
+    }
+
+    fn forget_agreed(&mut self, from: &str, number: u64) {
+        if let Some(it) = self.neighbours.get_mut(from) {
+            it.agreed.remove(&number);
+            it.settled = it.settled.max(number);
+            it.number = it.number.max(number);
+        }
+    }
+
+    /// Tells those neighbours that it may matter to.
+    fn tell_fact(&mut self, before: &Running, changed: &[String]) {
+        let of =
+            |plan: &Plan, name: &String| plan.drones.iter().find(|it| it.name == *name).cloned();
+        let areas: Vec<String> = self.neighbours.keys().cloned().collect();
+        for area in areas {
+            let matters = |name: &&String| {
+                let plans = [self.running.plan(), before.plan()];
+                let mut both = plans.into_iter().filter_map(|plan| of(plan, name));
+                both.any(|it| self.matters(&it, &area, self.clock_s))
+            };
+            let near = changed.iter().filter(matters);
+            let drones: Vec<DronePlan> =
+                near.filter_map(|it| of(self.running.plan(), it)).collect();
+            if !drones.is_empty() {
+                let revision = self.revision;
+                self.say(&area, Says::Fact(Fact { revision, drones }));
+            }
+        }
+    }
+
+    /// Proposes to take the first drone that is offered and hovers by then.
+    fn take_offer(&mut self, now_s: f64) {
+        let at_s = (now_s + self.site.lead_s).max(self.clock_s);
+        let hovers = |drone: &str| {
+            let mut drones = self.running.plan().drones.iter();
+            let entry = drones.find(|it| it.name == drone);
+            entry.is_some_and(|it| {
+                let last_s = it.trajectory.t_s.last().copied().unwrap_or(0.0);
+                it.at_end == AtEnd::Hover && last_s <= at_s
+            })
+        };
+        let from = |drone: &str| self.theirs.get(drone);
+        let can_be = |(area, offer): &(String, Offer)| {
+            from(&offer.drone) == Some(area) && hovers(&offer.drone)
+        };
+        let Some(index) = self.offers.iter().position(can_be) else {
+            return;
+        };
+        let taken = self.offers.remove(index);
+        // What is refused now is tried again after all others.
+        self.offers.push(taken.clone());
+        let _ = self.propose(now_s, Vec::new(), Some(taken));
+    }
+
+    fn say(&mut self, to: &str, says: Says) {
+        self.outbox.push(Message {
+            protocol: PROTOCOL.to_owned(),
+            from: self.name.clone(),
+            to: to.to_owned(),
+            says,
+        });
+    }
+}
+
+/// Whether two say the same of what is still flown.
+fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
+    let ends = |it: &DronePlan| {
+        (
+            it.at_end,
+            it.airborne_s.1,
+            it.trajectory.position_m.last().copied(),
+        )
+    };
+    let is_there = |it: &DronePlan| {
+        let times_s = it.trajectory.t_s.iter().copied();
+        times_s.filter(|t_s| *t_s >= from_s).collect::<Vec<f64>>()
+    };
+    let (times_s, places) = (is_there(a), |it: &DronePlan, t_s| {
+        it.trajectory.position_m(t_s)
+    });
+    ends(a) == ends(b) && times_s == is_there(b) && { times_s.iter().copied() }.all(|t_s| {
+        match (places(a, t_s), places(b, t_s)) {
+            (Some(a), Some(b)) => (a - b).norm() < SAME_S,
+            _ => false,
+        }
+    })
+}
+
+/// Where a drone is from a time on (s).
+fn extent(entry: &DronePlan, from_s: f64) -> Option<Bounds> {
+    let flown = &entry.trajectory;
+    let first = flown
+        .t_s
+        .partition_point(|t_s| *t_s <= from_s)
+        .saturating_sub(1);
+    let has_left = entry.at_end == AtEnd::Leave && flown.t_s.last().is_some_and(|it| *it < from_s);
+    let points = flown.position_m.get(first..)?.iter();
+    let inner = flown
+        .control_m
+        .get(first..)
+        .unwrap_or_default()
+        .iter()
+        .flatten();
+    let points = points.chain(inner).map(|it| Bounds { min: *it, max: *it });
+    points.reduce(|a, b| both(&a, &b)).filter(|_| !has_left)
+}
+
+fn both(a: &Bounds, b: &Bounds) -> Bounds {
+    Bounds {
+        min: a.min.inf(&b.min),
+        max: a.max.sup(&b.max),
+    }
+}
+
+/// Wider to all sides (m); heights do not matter.
+fn grown(it: &Bounds, by_m: f64) -> Bounds {
+    let by = nalgebra::Vector3::repeat(by_m);
+    Bounds {
+        min: it.min - by,
+        max: it.max + by,
+    }
+}
+
+/// Seen from above.
+fn meet(a: &Bounds, b: &Bounds) -> bool {
+    (0..2).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k])
+}
+
+fn is_inside(it: &Bounds, at_m: &Point3<f64>) -> bool {
+    (0..3).all(|k| it.min[k] <= at_m[k] && at_m[k] <= it.max[k])
+}
