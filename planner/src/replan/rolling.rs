@@ -638,7 +638,10 @@ impl Turn<'_> {
     /// Leaves the body of a drone where it lies.
     fn leave_wreck(&mut self, index: usize, lies_m: Point3<f64>) {
         let failed = &self.running.world.drones[index];
-        let at_s = self.at.seconds();
+        // Not before the drone itself is gone.
+        let gone = self.running.tracks[index].legs.last().map(|leg| leg.end);
+        let at = gone.map_or(self.at, |gone| gone.max(self.at));
+        let at_s = at.seconds();
         let trajectory = TrajectoryEntry {
             t_s: vec![at_s],
             position_m: vec![lies_m],
@@ -647,7 +650,7 @@ impl Turn<'_> {
         };
         let wreck = DronePlan {
             name: change::wreck_of(&failed.name),
-            enters_s: (self.at > Tick(0)).then_some(at_s),
+            enters_s: (at > Tick(0)).then_some(at_s),
             at_start: AtStart::Landed,
             at_end: AtEnd::Land,
             airborne_s: (at_s, Some(at_s)),

@@ -499,7 +499,9 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
     let radius_m = wreck.airframe.body_radius_m;
     let lies_m = wreck.trajectory.position_m[0];
     assert_eq!(lies_m, Point3::new(at_m.x, at_m.y, radius_m));
-    assert_eq!(wreck.airborne_s, (4.0, Some(4.0)));
+    // From when the drone is gone on.
+    let gone_s = *gone.trajectory.t_s.last().expect("it flew");
+    assert_eq!(wreck.airborne_s, (gone_s, Some(gone_s)));
     let last_m = find(running.plan(), "d2")
         .trajectory
         .position_m(1e4)

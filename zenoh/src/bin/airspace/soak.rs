@@ -1,0 +1,308 @@
+//! All areas of a site, one process each.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::Read as _;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+use planner::Plan;
+use planner::plan::DronePlan;
+
+use super::area::{Counted, Flown};
+use super::forward::forward;
+use super::{Broken, Place};
+
+/// How long processes have to start (s): a fleet is planned first.
+const STARTS_S: f64 = 4.0;
+/// How long a killed planner is away, and one is cut off by default (s).
+const AWAY_S: f64 = 4.0;
+
+#[derive(Args, Debug)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    place: Place,
+    /// How long (s)
+    #[arg(long, default_value_t = 60.0)]
+    seconds: f64,
+    /// Kill one planner at a quarter of the time, and start it again 4 s later
+    #[arg(long)]
+    kill: bool,
+    /// Cut one off for so long, at the middle of the time (s)
+    #[arg(long, value_name = "SECONDS")]
+    cut: Option<f64>,
+    /// Where journals and what was flown are kept
+    #[arg(long, default_value = "out/airspace")]
+    out: PathBuf,
+    /// How often all plans together are judged (s)
+    #[arg(long, default_value_t = 1.0)]
+    every: f64,
+}
+
+/// A process of one area, and how to start it again.
+struct Running {
+    child: Child,
+    words: Vec<String>,
+    /// Where what it has flown is kept, one file for each start.
+    flown: Vec<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
+    let grid = arguments.place.grid();
+    let site = grid.site(arguments.place.lead);
+    let names: Vec<String> = site.areas.keys().cloned().collect();
+    fs::create_dir_all(&arguments.out)?;
+    for entry in fs::read_dir(&arguments.out)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.contains(".flown.") || name.ends_with(".journal") {
+            fs::remove_file(&path)?;
+        }
+    }
+    let unix_s = || {
+        SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .map(|it| it.as_secs_f64())
+    };
+    let begins_s = unix_s()? + STARTS_S;
+    let ports = names
+        .iter()
+        .map(|_| Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port()));
+    let ports: Vec<u16> = ports.collect::<Result<_, std::io::Error>>()?;
+    let blocked: Vec<Arc<AtomicBool>> = names.iter().map(|_| Arc::default()).collect();
+    let mut running = Vec::new();
+    for (index, name) in names.iter().enumerate() {
+        let mut words = vec!["area".to_owned()];
+        words.extend(arguments.place.words());
+        let journal = arguments.out.join(format!("{name}.journal"));
+        words.extend([
+            format!("--area={name}"),
+            format!("--listen=tcp/127.0.0.1:{}", ports[index]),
+            format!("--begins={begins_s}"),
+            format!("--until={}", arguments.seconds),
+            format!("--journal={}", journal.display()),
+        ]);
+        // Each pair has one link, which is blocked where either end is cut off.
+        for other in 0..index {
+            let port = forward(ports[other], blocked[index].clone())?;
+            let port = forward(port, blocked[other].clone())?;
+            words.push(format!("--connect=tcp/127.0.0.1:{port}"));
+        }
+        running.push(started(arguments, name, words)?);
+    }
+    let wait_until = |at_s: f64| -> Result<(), Broken> {
+        let left_s = begins_s + at_s - unix_s()?;
+        thread::sleep(Duration::from_secs_f64(left_s.max(0.0)));
+        Ok(())
+    };
+    if arguments.kill {
+        wait_until(0.25 * arguments.seconds)?;
+        let it = &mut running[names.len() / 2];
+        it.child.kill()?;
+        it.child.wait()?;
+        wait_until(0.25 * arguments.seconds + AWAY_S)?;
+        let again = started(arguments, &names[names.len() / 2], it.words.clone())?;
+        it.child = again.child;
+        it.flown.extend(again.flown);
+    }
+    if let Some(cut_s) = arguments.cut {
+        wait_until(0.5 * arguments.seconds)?;
+        blocked[0].store(true, Ordering::Relaxed);
+        wait_until(0.5 * arguments.seconds + cut_s)?;
+        blocked[0].store(false, Ordering::Relaxed);
+    }
+    let mut counted = Vec::new();
+    let mut flown = BTreeMap::new();
+    for (name, mut it) in names.iter().zip(running) {
+        let mut text = String::new();
+        if let Some(output) = &mut it.child.stdout {
+            output.read_to_string(&mut text)?;
+        }
+        if !it.child.wait()?.success() {
+            return Err(format!("the planner of {name} has failed").into());
+        }
+        let one: Counted = serde_json::from_str(&text)?;
+        counted.push((name.clone(), one));
+        flown.insert(name.clone(), it.flown);
+    }
+    let rules = rules(arguments)?;
+    let found = judged(arguments, &rules, &flown)?;
+    Ok(told(arguments, &counted, &found))
+}
+
+fn started(arguments: &Arguments, name: &str, words: Vec<String>) -> Result<Running, Broken> {
+    let mut files = (0..).map(|k| arguments.out.join(format!("{name}.flown.{k}")));
+    let flown = files.find(|it| !it.exists()).unwrap_or_default();
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(&words).arg("--flown").arg(&flown);
+    let child = command.stdout(Stdio::piped()).spawn()?;
+    Ok(Running {
+        child,
+        words,
+        flown: vec![flown],
+    })
+}
+
+/// A plan of the whole site without drones.
+fn rules(arguments: &Arguments) -> Result<Plan, Broken> {
+    let grid = arguments.place.grid();
+    let world = planner::read_world(&grid.scenario("a0-0")).map_err(|it| it.to_string())?;
+    let outcome = planner::plan_world(&world, &planner::Control::QUIET)?;
+    let plan = outcome.into_planned().ok_or("no plan is safe")?.plan;
+    Ok(Plan {
+        bounds_m: grid.whole_m(),
+        drones: Vec::new(),
+        unplanned: Vec::new(),
+        violations: Vec::new(),
+        ..plan
+    })
+}
+
+/// What the verifier finds in all plans together.
+#[derive(Default)]
+struct Found {
+    violations: Vec<String>,
+    judged: usize,
+    most_drones: usize,
+    fewest_drones: usize,
+}
+
+fn judged(
+    arguments: &Arguments,
+    rules: &Plan,
+    files: &BTreeMap<String, Vec<PathBuf>>,
+) -> Result<Found, Broken> {
+    let mut events: Vec<(String, Flown)> = Vec::new();
+    for (area, files) in files {
+        for file in files {
+            for line in fs::read_to_string(file)?.lines() {
+                // The last line of one that was killed may be torn.
+                if let Ok(it) = serde_json::from_str(line) {
+                    events.push((area.clone(), it));
+                }
+            }
+        }
+    }
+    events.sort_by(|(_, a), (_, b)| a.at_s.total_cmp(&b.at_s));
+    let mut events = events.into_iter().peekable();
+    let mut now: BTreeMap<String, (BTreeSet<String>, BTreeMap<String, DronePlan>)> =
+        BTreeMap::new();
+    let mut found = Found {
+        fewest_drones: usize::MAX,
+        ..Found::default()
+    };
+    let mut at_s = arguments.every;
+    let mut last = None;
+    while at_s <= arguments.seconds {
+        while let Some((area, it)) = events.next_if(|(_, it)| it.at_s <= at_s) {
+            let (own, known) = now.entry(area).or_default();
+            *own = it.own.into_iter().collect();
+            known.extend(it.changed.into_iter().map(|it| (it.name.clone(), it)));
+            known.retain(|name, _| own.contains(name));
+        }
+        // Of a drone that two answer for, as who took it has it.
+        let mut drones: BTreeMap<&str, &DronePlan> = BTreeMap::new();
+        for it in now.values().flat_map(|(_, known)| known.values()) {
+            let begins_s = |it: &DronePlan| it.trajectory.t_s.first().copied().unwrap_or(0.0);
+            let known = drones.get(&it.name[..]);
+            if known.is_none_or(|known| begins_s(known) < begins_s(it)) {
+                drones.insert(&it.name, it);
+            }
+        }
+        let plan = Plan {
+            drones: drones.into_values().cloned().collect(),
+            ..rules.clone()
+        };
+        let violations = planner::verify(&plan).violations.into_iter();
+        let ahead = violations.filter(|it| it.until_s.is_none_or(|until_s| until_s >= at_s));
+        found
+            .violations
+            .extend(ahead.map(|it| format!("at {at_s:.1} s: {it}")));
+        found.judged += 1;
+        found.most_drones = found.most_drones.max(plan.drones.len());
+        found.fewest_drones = found.fewest_drones.min(plan.drones.len());
+        at_s += arguments.every;
+        last = Some(plan);
+    }
+    if let Some(plan) = last {
+        write(&arguments.out.join("union.json"), &plan)?;
+    }
+    Ok(found)
+}
+
+fn write(path: &Path, plan: &Plan) -> Result<(), Broken> {
+    Ok(fs::write(path, serde_json::to_string(plan)?)?)
+}
+
+fn told(arguments: &Arguments, counted: &[(String, Counted)], found: &Found) -> bool {
+    let sum = |of: &dyn Fn(&Counted) -> u64| counted.iter().map(|(_, it)| of(it)).sum::<u64>();
+    let mut agreed: Vec<f64> = counted
+        .iter()
+        .flat_map(|(_, it)| it.agreed_in_s.clone())
+        .collect();
+    agreed.sort_by(f64::total_cmp);
+    let quantile_s = |share: f64| {
+        let index = (share * agreed.len().saturating_sub(1) as f64).round() as usize;
+        agreed.get(index).copied().unwrap_or(0.0)
+    };
+    let minutes = arguments.seconds / 60.0;
+    let per_minute = |count: u64| count as f64 / minutes;
+    let [sent, unsent] = [sum(&|it| it.messages[0]), sum(&|it| it.messages[1])];
+    println!(
+        "{} areas, {} to {} drones, {} s",
+        counted.len(),
+        found.fewest_drones,
+        found.most_drones,
+        arguments.seconds
+    );
+    println!(
+        "changes flown: {} alone, {} of {} proposed",
+        sum(&|it| it.alone),
+        sum(&|it| it.flown),
+        sum(&|it| it.proposed)
+    );
+    println!(
+        "hand-overs: {}, {:.0} a minute",
+        sum(&|it| it.taken),
+        per_minute(sum(&|it| it.taken))
+    );
+    println!(
+        "votes: {} for, {} against; agreed in p50 {:.3} s, p99 {:.3} s, longest {:.3} s",
+        sum(&|it| it.votes[0]),
+        sum(&|it| it.votes[1]),
+        quantile_s(0.5),
+        quantile_s(0.99),
+        quantile_s(1.0)
+    );
+    println!(
+        "messages: {sent}, {:.0} a minute; {unsent} not sent; gave way {} times",
+        per_minute(sent),
+        sum(&|it| it.gave_way)
+    );
+    let mut refused: BTreeMap<&str, u64> = BTreeMap::new();
+    for (why, count) in counted.iter().flat_map(|(_, it)| &it.refused) {
+        *refused.entry(why).or_default() += count;
+    }
+    println!("tasks not given: {refused:?}");
+    let contradictions = counted.iter().flat_map(|(_, it)| &it.contradictions);
+    let contradictions: Vec<&(String, String)> = contradictions.collect();
+    println!("contradictions heard: {}", contradictions.len());
+    for (from, what) in contradictions.iter().take(10) {
+        println!("  {from}: {what}");
+    }
+    println!(
+        "all plans together judged {} times: {} violations",
+        found.judged,
+        found.violations.len()
+    );
+    for it in found.violations.iter().take(20) {
+        println!("  {it}");
+    }
+    found.violations.is_empty()
+}
