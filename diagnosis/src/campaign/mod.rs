@@ -7,8 +7,8 @@
 //! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a
 //! force. `forward`: one effect after another. [`skill`]: how well flights that were not fitted are
 //! predicted. [`diagnose`]: all of it, and the finding. [`hardware`]: one drone's motors against
-//! its own normal flights. [`sideways`]: forces to the sides. [`applied`]: a finding held against recordings that it was not fitted
-//! to.
+//! its own normal flights. [`sideways`]: forces to the sides. [`applied`]: a finding held against
+//! recordings that it was not fitted to.
 
 pub mod applied;
 pub mod diagnose;

@@ -10,6 +10,8 @@
 //! looked for on a grid:
 //!
 //! ```text
+//! sensor_gain           g T z_xy/m                      instruments: a factor, and a lag
+//! sensor_lag            τ d/dt (T z_xy/m)
 //! rotor_drag            -k V T/(m g)                    V: the drone's own horizontal velocity
 //! wind                  w, one vector a flight          k times the wind's speed
 //! wind_turning          w turned by Ω t
@@ -22,8 +24,8 @@
 //! quadrotor dynamics subject to rotor drag", RA-L 2018, who measure `k` of 0.2 to 0.5 1/s. The
 //! payload hangs from one cord of the length `L` and swings by little: a pendulum on a support that
 //! it drags along, so that `ω² = (1 + m_p/m) g/L`, and `μ` is its share of the whole mass. What
-//! drives it is the thrust, not the acceleration, whose noise is that of the force. A term is taken where it predicts blocks of 15
-//! s that it was not fitted on.
+//! drives it is the thrust, not the acceleration, whose noise is that of the force. A term is taken
+//! where it predicts blocks of 15 s that it was not fitted on.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use rayon::prelude::*;
@@ -42,7 +44,8 @@ use crate::thrust::identify::{self, FoldMap, deal, fold_maps};
 use crate::thrust::low_pass;
 
 /// Blocks (s) that are held out whole, and what is left out at the beginning of each, in which it
-/// still remembers the one before. Chosen here: as of probes, and what low-pass and swing forget in.
+/// still remembers the one before. Chosen here: as of probes, and what low-pass and swing forget
+/// in.
 const BLOCK_S: f64 = 15.0;
 const FORGETS_S: f64 = 2.0;
 /// Fewest blocks. Chosen here: below, a standard error over blocks is itself not known.
@@ -59,17 +62,19 @@ const TIE_MOST_SHARE: f64 = 0.25;
 /// Periods (s) in which a wind may turn once, either way. Chosen here: slower is constant over a
 /// flight, faster is no wind that turns slowly.
 const TURNS_IN_S: [f64; 5] = [600.0, 300.0, 150.0, 75.0, 40.0];
-/// Frequencies (rad/s) of cords of 9.8 to 0.2 m, and dampings of their swings.
+/// Frequencies (rad/s) of cords of 9.8 to 0.2 m, and dampings of their swings. The last damping and
+/// the outermost frequencies are there to be beaten: what is best there is no swing.
 const SWINGS_RADPS: [f64; 16] = [
     1.0, 1.2, 1.4, 1.7, 2.0, 2.3, 2.6, 2.9, 3.2, 3.6, 4.0, 4.5, 5.0, 5.6, 6.3, 7.0,
 ];
-const DAMPINGS: [f64; 2] = [0.03, 0.12];
+const DAMPINGS: [f64; 3] = [0.03, 0.12, 0.4];
+const SWING: &str = "swinging_payload";
 /// Steps of a swing's equation within one of the forces.
 const FINER: usize = 10;
 /// Least noise (m/s²). Chosen here: a milligravity, which no accelerometer that is flown holds.
 const LEAST_NOISE_MPS2: f64 = 0.01;
-/// Prior of every parameter over what would explain the scatter by itself. Chosen here, so wide that
-/// it only keeps apart what the steps of a fold cannot.
+/// Prior of every parameter over what would explain the scatter by itself. Chosen here, so wide
+/// that it only keeps apart what the steps of a fold cannot.
 const RIDGE: f64 = 1e-6;
 
 /// What forces sideways say.
@@ -235,9 +240,11 @@ fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
         let is_possible = |k: usize| {
             let both: Vec<usize> = which.iter().copied().chain([k]).collect();
             let tables = Tables::new(&noise, steps, candidates, &both);
-            let (_, fitted) = tables.best(None);
+            let (choice, fitted) = tables.best(None);
             let last = fitted.values.iter().last();
-            !candidates[k].is_positive || last.is_some_and(|value| *value > 0.0)
+            let has_sign = !candidates[k].is_positive || last.is_some_and(|value| *value > 0.0);
+            let is_inside = |point: &[f64; 2]| candidates[k].is_inside(*point);
+            has_sign && choice.points.last().is_none_or(is_inside)
         };
         gains.retain(|(k, gain)| !is_sure(gain) || is_possible(*k));
         let best = gains.iter().find(|(_, gain)| is_sure(gain)).cloned();
@@ -552,7 +559,12 @@ fn found(
             description: candidate.description.to_owned(),
             gain: gain.total,
             gain_error: gain.standard_error,
-            alternatives: tied.iter().map(name).collect(),
+            // What was taken as well is no alternative.
+            alternatives: tied
+                .iter()
+                .filter(|k| !which.contains(k))
+                .map(name)
+                .collect(),
             parameters: all,
         });
     }
@@ -598,6 +610,14 @@ fn lacking(recordings: &[Recording]) -> Vec<String> {
         }
     }
     lacking
+}
+
+impl Candidate {
+    /// Whether a point of its grid is none of those that stand for something else.
+    fn is_inside(&self, [radps, damping]: [f64; 2]) -> bool {
+        let is_end = |ends: &[f64]| ends.first() == Some(&radps) || ends.last() == Some(&radps);
+        self.name != SWING || !(is_end(&SWINGS_RADPS) || DAMPINGS.last() == Some(&damping))
+    }
 }
 
 impl Step {
@@ -778,6 +798,36 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
     let swings = swings.flat_map(|radps| DAMPINGS.map(|damping| [radps, damping]));
     let mut all = vec![
         Candidate {
+            name: "sensor_gain",
+            description: "the thrust sideways, or the tilt, is logged too large or too small by one factor",
+            grid: none(),
+            columns: |steps, _| vec![Column::new("g", "1", steps, |of| of.drive_mps2)],
+            is_positive: false,
+            told: |_| Vec::new(),
+        },
+        Candidate {
+            name: "sensor_lag",
+            description: "the attitude is logged later (or, below 0, earlier) than the acceleration",
+            grid: none(),
+            columns: |steps, _| {
+                // Over the steps on either side, so that the slope is that of this moment.
+                let change = |at: usize| match steps.all.get(at + 1) {
+                    Some(next) if next.follows && steps.all[at].follows => {
+                        (next.drive_mps2 - steps.all[at - 1].drive_mps2) * (0.5 * RATE_HZ)
+                    }
+                    _ => Vector2::zeros(),
+                };
+                vec![Column {
+                    name: "tau".to_owned(),
+                    unit: "s",
+                    from: 0,
+                    values: (0..steps.all.len()).map(change).collect(),
+                }]
+            },
+            is_positive: false,
+            told: |_| Vec::new(),
+        },
+        Candidate {
             name: "rotor_drag",
             description: "the drone's own motion through the air drags on its rotors and frame",
             grid: none(),
@@ -813,7 +863,7 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
             told: |_| Vec::new(),
         },
         Candidate {
-            name: "swinging_payload",
+            name: SWING,
             description: "a payload on a cord swings and pulls at its drone",
             grid: swings.collect(),
             columns: |steps, [radps, damping]| {

@@ -158,6 +158,32 @@ fn each_effect_sideways_is_named_with_its_size() {
 }
 
 #[test]
+fn an_attitude_that_is_logged_late_is_a_lag_and_no_payload() {
+    let flights = (0..4).map(|index| {
+        let mut flight = flight(index, 5, NOTHING, (0.0, 1.0));
+        let attitude = &mut flight.vehicles[0].track.attitude;
+        attitude.pop();
+        attitude.insert(0, attitude[0]);
+        flight
+    });
+    let flights: Vec<Recording> = flights.collect();
+    let found = diagnose_sideways(&flights, &CampaignOptions::default()).expect("enough flight");
+    // A slope is all of a short lag, and nearly all of one of 50 ms: the rest looks like a gain.
+    let named = names(&found);
+    assert!(
+        named.iter().all(|of| of.starts_with("sensor_")),
+        "{named:?}"
+    );
+    let lag = found
+        .effects
+        .iter()
+        .find(|of| of.name == "sensor_lag")
+        .expect("named");
+    let lag = &lag.parameters[0];
+    assert!((lag.value - STEP_S).abs() < 0.01, "{lag:?}");
+}
+
+#[test]
 fn a_flight_without_an_attitude_says_so() {
     let mut flights: Vec<Recording> = (0..4)
         .map(|index| flight(index, 1, NOTHING, (0.0, 1.0)))
