@@ -241,7 +241,7 @@ fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
             let both: Vec<usize> = which.iter().copied().chain([k]).collect();
             let tables = Tables::new(&noise, steps, candidates, &both);
             let (choice, fitted) = tables.best(None);
-            let last = fitted.values.iter().last();
+            let last = fitted.values.iter().next_back();
             let has_sign = !candidates[k].is_positive || last.is_some_and(|value| *value > 0.0);
             let is_inside = |point: &[f64; 2]| candidates[k].is_inside(*point);
             has_sign && choice.points.last().is_none_or(is_inside)

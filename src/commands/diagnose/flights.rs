@@ -109,7 +109,8 @@ pub(super) fn report(
     report
 }
 
-/// Most effects that were not taken, in the text. Chosen here: the nearest ones.
+/// Most effects that were not taken, and vehicles that lack something, in the text. Chosen here: the
+/// nearest, and the first.
 const MOST_NOT_TAKEN: usize = 3;
 
 /// What forces sideways say, or why they say nothing.
@@ -160,7 +161,14 @@ fn to_the_sides(sideways: &Result<SidewaysFinding, CampaignError>) -> Vec<Part> 
         "Not taken, with what they would gain: {}.",
         joined(nearest, ", ")
     )));
-    parts.extend(Part::list(found.lacking.clone()));
+    let (shown, more) = found
+        .lacking
+        .split_at(found.lacking.len().min(MOST_NOT_TAKEN));
+    let mut lacking = shown.to_vec();
+    if !more.is_empty() {
+        lacking.push(format!("and {} more, see diagnosis.json", more.len()));
+    }
+    parts.extend(Part::list(lacking));
     parts
 }
 
