@@ -19,6 +19,7 @@ pub(crate) mod schema;
 pub(crate) mod separation;
 pub(crate) mod serve;
 pub(crate) mod simulate;
+pub(crate) mod soak;
 pub(crate) mod sweep;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};

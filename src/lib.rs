@@ -16,7 +16,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use commands::{
     air, bench, calibrate, check, compare, diagnose, explain, export, fly, generate, plan, prove,
-    schema, separation, serve, simulate, sweep,
+    schema, separation, serve, simulate, soak, sweep,
 };
 use io::answer::Answer;
 use io::failure::Failure;
@@ -63,6 +63,9 @@ enum Command {
     /// Keep a plan that is being flown, and change it by messages: JSON Lines on standard input and
     /// output, or HTTP
     Serve(serve::Arguments),
+    /// Let a fleet live for an hour of its clock, planned as `plan serve` plans: tasks, delays, drones
+    /// that come, land and fail; exit code 1 where a patch is late or a plan not sound
+    Soak(soak::Arguments),
     /// Print the fields of a scenario, a plan, a flight or a message, with units and defaults as
     /// JSON Schema
     Schema(schema::Arguments),
@@ -148,6 +151,7 @@ fn answer(line: CommandLine) -> Result<Answer, Failure> {
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
         (Some(Command::Sweep(arguments)), _) => sweep::run(&arguments),
         (Some(Command::Serve(arguments)), _) => serve::run(&arguments),
+        (Some(Command::Soak(arguments)), _) => soak::run(&arguments),
         (Some(Command::Schema(arguments)), _) => schema::run(&arguments),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),

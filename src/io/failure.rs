@@ -104,6 +104,8 @@ pub(crate) enum Failure {
     Instance(#[from] InstanceError),
     #[error("{}: {reason}", path.display())]
     Journal { path: PathBuf, reason: String },
+    #[error("the fleet cannot live: {0}")]
+    NotSoaked(String),
     #[error("{}: {reason}", path.display())]
     Token { path: PathBuf, reason: String },
     #[error("cannot listen at {address}: {source}")]

@@ -3,6 +3,7 @@
 
 mod clients;
 mod http;
+mod soak;
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Write as _};

@@ -104,6 +104,8 @@ pub struct Counts {
 #[derive(Clone, Debug, Default)]
 struct Neighbour {
     revision: u64,
+    /// Of the last border that it has said: all of it is known.
+    whole: u64,
     /// Its last proposal.
     number: u64,
     /// Its last proposal of which it is known what became of it.
@@ -843,7 +845,23 @@ impl Area {
             let owed = self.owed.get(&it.name);
             owed.is_none_or(|(to, number)| to != from || *number <= border.heard)
         };
-        let said: Vec<DronePlan> = border.drones.iter().filter(was_its).cloned().collect();
+        // Of what a third has taken near here, it may not know yet either: this planner was asked.
+        let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
+        let is_near = |name: &str| {
+            let known = self.running.plan().drones.iter().find(|it| it.name == name);
+            let flown = known.and_then(|it| extent(it, now_s));
+            flown.is_some_and(|it| meet(&near, &it))
+        };
+        let is_thirds = |it: &DronePlan| {
+            let owner = self.theirs.get(&it.name);
+            owner.is_some_and(|owner| owner != from) && is_near(&it.name)
+        };
+        let said = border
+            .drones
+            .iter()
+            .filter(was_its)
+            .filter(|it| !is_thirds(it));
+        let said: Vec<DronePlan> = said.cloned().collect();
         self.can_be(from, None, &said, now_s)?;
         let plan = self.running.plan();
         let is_other = |it: &&DronePlan| {
@@ -852,9 +870,8 @@ impl Area {
             old.is_none_or(|old| !is_same(old, it, now_s) || !self.theirs.contains_key(&it.name))
         };
         let other: Vec<DronePlan> = said.iter().filter(is_other).cloned().collect();
-        let was_heard = known.heard_s.is_some();
-        let is_known = |it: &DronePlan| self.theirs.contains_key(&it.name);
-        if was_heard && border.revision == known.revision && other.iter().any(is_known) {
+        let is_known = |it: &DronePlan| self.theirs.get(&it.name).is_some_and(|it| it == from);
+        if border.revision == known.whole && other.iter().any(is_known) {
             return Err(format!(
                 "it says two things of revision {}",
                 border.revision
@@ -867,6 +884,7 @@ impl Area {
         }
         if let Some(it) = self.neighbours.get_mut(from) {
             it.revision = border.revision;
+            it.whole = border.revision;
             it.until_s = border.until_s;
             it.settled = it.settled.max(border.settled);
             it.number = it.number.max(border.settled);

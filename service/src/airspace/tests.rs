@@ -291,8 +291,10 @@ fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
         says,
     };
     let area = &mut run.planners.get_mut("a0-0").unwrap().area;
-    let before = area.plan().clone();
     let good = border.clone();
+    area.hear(now_s, &say(Says::Border(good.clone())));
+    assert_eq!(area.counts().contradictions, []);
+    let before = area.plan().clone();
     let mut wrong = |says: Says, words: &str| {
         area.hear(now_s, &say(says));
         let (_, what) = area.counts().contradictions.last().expect(words);
