@@ -1,5 +1,6 @@
 //! How far what files say is from the plan.
 
+use nalgebra::Point3;
 use planner::plan::DronePlan;
 use serde::Serialize;
 
@@ -28,24 +29,74 @@ pub fn of<'a>(pairs: impl Iterator<Item = (&'a DronePlan, Option<&'a Flown>)>) -
     let mut worst = Deviation::default();
     for (drone, flown) in pairs {
         let entry = &drone.trajectory;
-        let from_s = drone.enters_s.unwrap_or(0.0);
-        let until_s = entry.t_s.last().copied().unwrap_or(0.0);
-        let steps = ((until_s - from_s) / STEP_S).ceil().max(0.0) as u64;
-        let regular = (0..=steps).map(|k| (from_s + k as f64 * STEP_S).min(until_s));
-        for t_s in regular.chain(entry.t_s.iter().copied()) {
-            worst.samples += 1;
+        for t_s in moments_s(drone).chain(entry.t_s.iter().copied()) {
             let there = flown.and_then(|it| it.at_m(t_s));
             let off_m = match (entry.position_m(t_s), there) {
                 (Some(planned_m), Some(said_m)) => (said_m - planned_m).norm(),
                 _ => f64::INFINITY,
             };
-            // NaN is off, too.
-            if off_m > worst.largest_m || off_m.is_nan() {
-                worst.largest_m = if off_m.is_nan() { f64::INFINITY } else { off_m };
-                worst.drone.clone_from(&drone.name);
-                worst.at_s = t_s;
-            }
+            worst.sample(&drone.name, t_s, off_m);
         }
     }
     worst
+}
+
+/// Compares every drone with the line through the places of a file without times, in its order:
+/// each place of the plan with that part of the line, none before that of an earlier place, which
+/// keeps the largest distance least (the discrete Fréchet distance of T. Eiter and H. Mannila, 1994,
+/// to parts in place of points).
+#[must_use]
+pub fn along<'a>(pairs: impl Iterator<Item = (&'a DronePlan, &'a [Point3<f64>])>) -> Deviation {
+    let mut worst = Deviation::default();
+    for (drone, line) in pairs {
+        let mut parts: Vec<[Point3<f64>; 2]> = line.windows(2).map(|it| [it[0], it[1]]).collect();
+        if parts.is_empty() {
+            parts.extend(line.first().map(|only| [*only; 2]));
+        }
+        // The least of the largest distances so far, if this place lies along that part.
+        let mut least_m: Vec<f64> = vec![0.0; parts.len()];
+        for t_s in moments_s(drone) {
+            let mut before_m = f64::INFINITY;
+            for (part, so_far_m) in parts.iter().zip(&mut least_m) {
+                before_m = before_m.min(*so_far_m);
+                let at_m = drone.trajectory.position_m(t_s);
+                let off_m = at_m.map_or(f64::INFINITY, |at_m| distance_m(at_m, *part));
+                *so_far_m = before_m.max(off_m);
+            }
+            let so_far_m = least_m.iter().copied().fold(f64::INFINITY, f64::min);
+            worst.sample(&drone.name, t_s, so_far_m);
+        }
+    }
+    worst
+}
+
+/// Every twentieth of a second while a drone is there (s).
+fn moments_s(drone: &DronePlan) -> impl Iterator<Item = f64> {
+    let from_s = drone.enters_s.unwrap_or(0.0);
+    let until_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
+    let steps = ((until_s - from_s) / STEP_S).ceil().max(0.0) as u64;
+    (0..=steps).map(move |k| (from_s + k as f64 * STEP_S).min(until_s))
+}
+
+/// Of a place from what lies between two others (m).
+fn distance_m(at_m: Point3<f64>, [a, b]: [Point3<f64>; 2]) -> f64 {
+    let along = b - a;
+    let length_m2 = along.dot(&along);
+    let share = match length_m2 > 0.0 {
+        true => ((at_m - a).dot(&along) / length_m2).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    (at_m - (a + along * share)).norm()
+}
+
+impl Deviation {
+    fn sample(&mut self, drone: &str, t_s: f64, off_m: f64) {
+        self.samples += 1;
+        // NaN is off, too.
+        if off_m > self.largest_m || off_m.is_nan() {
+            self.largest_m = if off_m.is_nan() { f64::INFINITY } else { off_m };
+            drone.clone_into(&mut self.drone);
+            self.at_s = t_s;
+        }
+    }
 }

@@ -14,6 +14,8 @@ use crate::flown::Flown;
 use crate::frame::{Axes, Frame, Georeference, HEADING_DEFAULT_DEG};
 use crate::lights::Lights;
 use crate::read::{self, ReadError};
+use crate::untimed::{self, Untimed};
+use crate::write::mission::{self, Mission};
 use crate::write::{compressed, crazyswarm, czml, mcap, setpoints, skyb, skyc};
 
 /// A file may be off the plan by its `tracking_m`, or by this where it keeps less (m): chosen here,
@@ -34,16 +36,19 @@ pub enum Target {
     Mcap,
     /// CZML, for Cesium; takes a georeference.
     Czml,
+    /// Missions of QGroundControl, two files a drone, without times; takes a georeference.
+    Qgc,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Target; 5] = [
+    pub const ALL: [Target; 6] = [
         Target::Setpoints,
         Target::Crazyswarm,
         Target::Skybrush,
         Target::Mcap,
         Target::Czml,
+        Target::Qgc,
     ];
 
     /// As the command line has it.
@@ -55,6 +60,7 @@ impl Target {
             Target::Skybrush => "skybrush",
             Target::Mcap => "mcap",
             Target::Czml => "czml",
+            Target::Qgc => "qgc",
         }
     }
 
@@ -79,6 +85,8 @@ pub struct Options {
     pub own_origin: bool,
     /// The Crazyflie's compressed bytes without CSV.
     pub compressed_alone: bool,
+    /// A format that holds no times will do: drones fly such files without the plan's separation.
+    pub untimed_ok: bool,
     /// Light programs of a show, by drone: Skybrush's formats keep them.
     pub lights: BTreeMap<String, Lights>,
 }
@@ -111,6 +119,9 @@ pub struct Manifest {
     pub drones: Vec<DroneNamed>,
     /// How far the files are from the plan.
     pub deviation: Deviation,
+    /// What becomes of the plan without its times, of a format that has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untimed: Option<Untimed>,
     /// What is fullest, of each limit that the format has.
     pub fullest: Vec<Fullest>,
     /// What the plan says and the files do not.
@@ -193,6 +204,9 @@ pub enum ExportError {
     /// The format counts on the Earth.
     #[error("this format lies on the Earth: say where with --georeference LAT,LON,AMSL,HEADING")]
     NoGeoreference,
+    /// The format holds no times, and that was not said to do.
+    #[error("missions hold no times: who flies them flies without the plan's separation; {0}")]
+    Untimed(Box<Untimed>),
     /// A file that was just written cannot be read: an error of this program.
     #[error("{file}, read back: {error}")]
     ReadBack {
@@ -224,6 +238,7 @@ struct Written {
     refused: Vec<Refusal>,
     fullest: Vec<Fullest>,
     lost: Vec<String>,
+    untimed: Option<Untimed>,
 }
 
 impl Written {
@@ -272,6 +287,14 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
             let georeference = options.georeference.ok_or(ExportError::NoGeoreference)?;
             write_czml(plan, &courses, &georeference, options)
         }
+        Target::Qgc => {
+            let georeference = options.georeference.ok_or(ExportError::NoGeoreference)?;
+            let untimed = untimed::of(plan);
+            if !options.untimed_ok {
+                return Err(ExportError::Untimed(untimed.into()));
+            }
+            write_qgc(plan, (&courses, &stems), &georeference, (options, untimed))
+        }
     };
     if !written.refused.is_empty() {
         return Err(ExportError::Refused(written.refused));
@@ -282,24 +305,10 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
             .lost
             .push("light programs: Skybrush's formats alone hold them".to_owned());
     }
-    let mut read = Vec::new();
-    for (drone, (course, files)) in plan.drones.iter().zip(courses.iter().zip(&written.files)) {
-        for file in files {
-            let flown = read_one(to, file, course, options).map_err(|error| {
-                let file = file.name.clone();
-                ExportError::ReadBack { file, error }
-            })?;
-            read.push((drone, Some(flown)));
-        }
-    }
-    for file in &written.of_all {
-        let flown = read_all(to, file, &courses, options).map_err(|error| {
-            let file = file.name.clone();
-            ExportError::ReadBack { file, error }
-        })?;
-        read.extend(plan.drones.iter().zip(flown));
-    }
-    let deviation = deviation::of(read.iter().map(|(drone, flown)| (*drone, flown.as_ref())));
+    let deviation = match (to, &options.georeference) {
+        (Target::Qgc, Some(at)) => missions(plan, &written.files, at)?,
+        _ => timed(plan, to, (&courses, &written), options)?,
+    };
     let tolerance_m = plan.margins.tracking_m.max(LEAST_TOLERANCE_M);
     let bears_m = if to.is_flown() { tolerance_m } else { f64::MAX };
     if deviation.largest_m > bears_m {
@@ -331,6 +340,7 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         files_of_all: written.of_all.iter().map(|it| it.name.clone()).collect(),
         drones: courses.iter().zip(&written.files).map(named).collect(),
         deviation,
+        untimed: written.untimed,
         fullest: written.fullest,
         lost: written.lost,
     };
@@ -342,6 +352,52 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
             .chain(written.files.into_iter().flatten())
             .collect(),
     })
+}
+
+/// The files of formats with times, read and measured.
+fn timed(
+    plan: &Plan,
+    to: Target,
+    (courses, written): (&[Course], &Written),
+    options: &Options,
+) -> Result<Deviation, ExportError> {
+    let mut read = Vec::new();
+    for (drone, (course, files)) in plan.drones.iter().zip(courses.iter().zip(&written.files)) {
+        for file in files {
+            let flown = read_one(to, file, course, options).map_err(|error| {
+                let file = file.name.clone();
+                ExportError::ReadBack { file, error }
+            })?;
+            read.push((drone, Some(flown)));
+        }
+    }
+    for file in &written.of_all {
+        let flown = read_all(to, file, courses, options).map_err(|error| {
+            let file = file.name.clone();
+            ExportError::ReadBack { file, error }
+        })?;
+        read.extend(plan.drones.iter().zip(flown));
+    }
+    let pairs = read.iter().map(|(drone, flown)| (*drone, flown.as_ref()));
+    Ok(deviation::of(pairs))
+}
+
+/// Missions, read and measured along their lines.
+fn missions(plan: &Plan, files: &[Vec<File>], at: &Georeference) -> Result<Deviation, ExportError> {
+    let mut read = Vec::new();
+    for (drone, files) in plan.drones.iter().zip(files) {
+        for file in files {
+            let line = read::mission::read(&file.bytes, at).map_err(|error| {
+                let file = file.name.clone();
+                ExportError::ReadBack { file, error }
+            })?;
+            // Whatever stands takes off first: it climbs from where it is.
+            let start_m = drone.trajectory.position_m.first().copied();
+            read.push((drone, start_m.into_iter().chain(line).collect::<Vec<_>>()));
+        }
+    }
+    let pairs = read.iter().map(|(drone, line)| (*drone, &line[..]));
+    Ok(deviation::along(pairs))
 }
 
 /// The axes of setpoints.
@@ -584,6 +640,44 @@ fn write_czml(
     }
 }
 
+fn write_qgc(
+    plan: &Plan,
+    (courses, stems): (&[Course], &[String]),
+    at: &Georeference,
+    (options, untimed): (&Options, Untimed),
+) -> Written {
+    let mut written = Written::default();
+    let limit = (mission::MOST_ITEMS, "items of a mission");
+    for (course, stem) in courses.iter().zip(stems) {
+        let mission = Mission::of(course, plan.bounds_m.min.z);
+        written.takes(&course.name, mission.len(), limit);
+        if mission.len() > mission::MOST_ITEMS {
+            let (count, most) = (mission.len(), mission::MOST_ITEMS);
+            let what = format!("{count} items, MAVLink counts up to {most}");
+            written.refuse(&course.name, what);
+        }
+        let id = format!("{}/{}", options.plan_id, course.name);
+        written.files.push(vec![
+            File {
+                name: format!("{stem}.plan"),
+                bytes: mission.plan(&id, at),
+            },
+            File {
+                name: format!("{stem}.waypoints"),
+                bytes: mission.waypoints(at),
+            },
+        ]);
+    }
+    let times = "times: a vehicle flies at its own speed, and holds where the plan does; nothing \
+                 keeps drones apart";
+    written.lost.push(times.to_owned());
+    let home = "heights count from home, which is below each drone's first place: on the floor, or \
+                where it stands";
+    written.lost.push(home.to_owned());
+    written.untimed = Some(untimed);
+    written
+}
+
 /// What no format holds.
 fn lost(plan: &Plan, courses: &[Course]) -> Vec<String> {
     let mut lost = Vec::new();
@@ -636,8 +730,8 @@ fn read_one(
         Target::Crazyswarm if file.name.ends_with(".csv") => read::uav_trajectory::read(&text()),
         Target::Crazyswarm => read::compressed::read(&file.bytes, 0.001),
         Target::Skybrush => read::skyb::read(&file.bytes).map(|(flown, _)| flown),
-        // All drones are in one file.
-        Target::Mcap | Target::Czml => Ok(Flown::default()),
+        // All drones are in one file, or there are no times.
+        Target::Mcap | Target::Czml | Target::Qgc => Ok(Flown::default()),
     }
 }
 

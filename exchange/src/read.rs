@@ -3,6 +3,7 @@
 pub mod compressed;
 pub mod czml;
 pub mod mcap;
+pub mod mission;
 pub mod setpoints;
 pub mod skyb;
 pub mod skybrush_csv;

@@ -4,6 +4,7 @@ pub mod compressed;
 pub mod crazyswarm;
 pub mod czml;
 pub mod mcap;
+pub mod mission;
 pub mod setpoints;
 pub mod skyb;
 pub mod skyc;

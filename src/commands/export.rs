@@ -41,6 +41,9 @@ pub(crate) struct Arguments {
     /// Crazyswarm: the compressed form alone, for paths of more than 31 pieces
     #[arg(long)]
     compressed: bool,
+    /// QGC: missions hold no times; write them all the same
+    #[arg(long)]
+    untimed_ok: bool,
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -104,6 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         rate_hz: arguments.rate,
         own_origin: arguments.origin == Origins::Own,
         compressed_alone: arguments.compressed,
+        untimed_ok: arguments.untimed_ok,
     };
     let made = match export(&file.plan, arguments.to, &options) {
         Ok(made) => made,
@@ -116,7 +120,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 _ => &[],
             };
             let what = format!("{}: {error}", arguments.source.path().display());
-            return refused(arguments, &what, refusals, "nothing is written");
+            let then = match &error {
+                ExportError::Untimed(_) => {
+                    "nothing is written; --untimed-ok writes them all the same"
+                }
+                _ => "nothing is written",
+            };
+            return refused(arguments, &what, refusals, then);
         }
     };
     let name = format!("{}/{}", arguments.source.name(&file), arguments.to.as_str());
@@ -188,6 +198,9 @@ fn text(manifest: &Manifest, files: usize) -> String {
             "  fullest: `{}`, {} of {} {}\n",
             it.drone, it.takes, it.of, it.what
         );
+    }
+    if let Some(untimed) = &manifest.untimed {
+        text += &format!("  warning: {untimed}\n");
     }
     for lost in &manifest.lost {
         text += &format!("  note: {lost}\n");

@@ -356,7 +356,7 @@ fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
         ("export missing.json --to setpoints", "cannot read"),
         (
             "export plan.json --to paper",
-            "setpoints, crazyswarm, skybrush, mcap, czml",
+            "setpoints, crazyswarm, skybrush, mcap, czml, qgc",
         ),
         (
             "export apart.json --to czml",
@@ -414,4 +414,61 @@ fn every_export_names_its_plan_and_replaces_what_was_there() {
         "mine.txt",
     ];
     assert_eq!(names, expected);
+}
+
+#[test]
+fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_what_lateness_costs() {
+    let stays = |x: f64, z: f64| json!({"t_s": [0, 30], "position_m": [[x, 9, z], [x, 9, z]]});
+    // Passes under the other before that comes; five seconds late it passes under it.
+    let passes =
+        json!({"t_s": [0, 4, 8, 30], "position_m": [[4, 9, 2], [4, 9, 2], [12, 9, 2], [12, 9, 2]]});
+    let comes = json!({"t_s": [0, 5, 9, 30], "position_m": [[8, 1, 3.2], [8, 1, 3.2], [8, 9, 3.2], [8, 9, 3.2]]});
+    let desk = desk(&fleet(&[
+        ("passes", passes),
+        ("comes", comes),
+        ("far", stays(30.0, 2.0)),
+    ]));
+    let folder = desk.path();
+    let line = "export plan.json --to qgc --georeference 47.4,8.55,488,90 --out o";
+    let (code, _, errors) = run(folder, line);
+    assert_eq!(code, Some(1));
+    assert!(errors.contains("--untimed-ok") && !folder.join("o").exists());
+    assert!(
+        errors.contains("5 s late, all others on time: of 3"),
+        "{errors}"
+    );
+    assert!(errors.contains("when `passes` is late"), "{errors}");
+    let (code, told, errors) = run(folder, &format!("{line} --untimed-ok"));
+    assert_eq!(code, Some(0), "{told}{errors}");
+    assert!(
+        told.contains("warning: each drone in turn 5 s late"),
+        "{told}"
+    );
+    let manifest = fs::read_to_string(folder.join("o/export.json")).unwrap();
+    let manifest: Value = serde_json::from_str(&manifest).unwrap();
+    let worst = &manifest["untimed"]["worst"];
+    assert_eq!(
+        (&worst[0], &worst[1]["from"]),
+        (&json!("passes"), &json!("comes"))
+    );
+    assert!(worst[1]["alpha"].as_f64() > worst[1]["limit"].as_f64());
+    // By hand: a degree of latitude and of longitude on the ellipsoid at 47.4 degrees.
+    let mission = fs::read_to_string(folder.join("o/comes.plan")).unwrap();
+    let mission: Value = serde_json::from_str(&mission).unwrap();
+    let items = mission["mission"]["items"].as_array().unwrap();
+    let commands: Vec<&Value> = items.iter().map(|it| &it["command"]).collect();
+    assert_eq!(commands, [22, 16]);
+    assert_eq!(items[0]["params"][0], 5.0, "it holds before it goes");
+    let home = &mission["mission"]["plannedHomePosition"];
+    assert_eq!(home[2], 488.0);
+    for (k, x, y) in [(0, 8.0, 1.0), (1, 8.0, 9.0)] {
+        let at = |index: usize| items[k]["params"][index].as_f64().unwrap();
+        assert!(((at(4) - 47.4) * 111_178.0 - y).abs() < 0.01, "{items:?}");
+        assert!(((at(5) - 8.55) * 75_489.0 - x).abs() < 0.01, "{items:?}");
+        assert_eq!(at(6), 3.2);
+    }
+    let text = fs::read_to_string(folder.join("o/comes.waypoints")).unwrap();
+    let lines: Vec<Vec<&str>> = text.lines().map(|it| it.split('\t').collect()).collect();
+    assert_eq!((lines[0][0], lines.len()), ("QGC WPL 110", 4));
+    assert_eq!((lines[2][3], lines[2][4], lines[3][10]), ("22", "5", "3.2"));
 }

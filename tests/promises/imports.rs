@@ -44,6 +44,7 @@ fn exported(folder: &Path, file: &PlanFile, to: Target, own_origin: bool) {
         rate_hz: 50.0,
         own_origin,
         compressed_alone: false,
+        untimed_ok: false,
         lights: Default::default(),
     };
     let made = export(&file.plan, to, &options).expect("it fits");

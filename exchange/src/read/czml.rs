@@ -36,6 +36,18 @@ fn axes(at: &Georeference) -> Matrix3<f64> {
     )
 }
 
+/// What turns a longitude, latitude (deg) and height (m) into a place of the world that lies at a
+/// place on the Earth.
+pub(super) fn on_earth_to_world(at: &Georeference) -> impl Fn([f64; 3]) -> Point3<f64> {
+    let enu = Frame {
+        axes: Axes::Enu,
+        heading_deg: at.heading_deg,
+    };
+    let centre_m = geocentric_m([at.longitude_deg, at.latitude_deg, at.altitude_m]);
+    let axes = axes(at);
+    move |there| Point3::from(enu.to_world(axes * (geocentric_m(there) - centre_m)))
+}
+
 /// The drones of a file by name, in the world that lies at a place on the Earth.
 ///
 /// # Errors
@@ -44,12 +56,7 @@ fn axes(at: &Georeference) -> Matrix3<f64> {
 pub fn read(bytes: &[u8], at: &Georeference) -> Result<Vec<(String, Flown)>, ReadError> {
     let packets: Vec<Value> = serde_json::from_slice(bytes)
         .map_err(|error| ReadError::within("the file", error.to_string()))?;
-    let enu = Frame {
-        axes: Axes::Enu,
-        heading_deg: at.heading_deg,
-    };
-    let centre_m = geocentric_m([at.longitude_deg, at.latitude_deg, at.altitude_m]);
-    let axes = axes(at);
+    let to_world = on_earth_to_world(at);
     let mut drones = Vec::new();
     for packet in packets.iter().filter(|it| it.get("position").is_some()) {
         let name = packet["name"].as_str().unwrap_or_default();
@@ -61,10 +68,7 @@ pub fn read(bytes: &[u8], at: &Georeference) -> Result<Vec<(String, Flown)>, Rea
             let what = "cartographicDegrees are no groups of four numbers";
             return Err(ReadError::within(name, what));
         };
-        let point = |four: &[f64]| {
-            let from_m = geocentric_m([four[1], four[2], four[3]]) - centre_m;
-            (four[0], Point3::from(enu.to_world(axes * from_m)))
-        };
+        let point = |four: &[f64]| (four[0], to_world([four[1], four[2], four[3]]));
         let points: Vec<(f64, Point3<f64>)> = numbers.chunks(4).map(point).collect();
         drones.push((name.to_owned(), Flown::through(&points)));
     }
