@@ -5,13 +5,15 @@
 //! `FUZZ_INPUTS=100000 cargo test --release --features long --test promises fuzz`.
 
 use std::collections::BTreeMap;
+use std::io::{Cursor, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use diagnosis::record::read::{Campaign, read_folder, read_log};
 use diagnosis::statistics::draws::Draws;
+use exchange::{Options, Target, export};
 use planner::plan::{self, Plan, Solid};
-use planner::scenario::{read_samples, samples_as_plan};
+use planner::scenario::{intended_as_plan, read_samples, samples_as_plan};
 use planner::verify::examination::examine;
 use planner::verify::verify;
 use planner::{Control, Files};
@@ -529,6 +531,91 @@ fn flown_tables_of_any_bytes_are_judged_or_refused() {
     }
     .holds();
     assert!(read_count.get() > inputs() / 40, "{}", read_count.get());
+}
+
+/// Files of other programs, as they are written here, each behind a letter that says which it is;
+/// the JSON of a show twice, as a change seldom leaves a zip whole.
+fn shows() -> Vec<Vec<u8>> {
+    let plan = r#"{"format": "plan/2", "scenario": "shows", "bounds_m": {"min": [0,0,0], "max": [20,20,9]}, "drones": [
+        {"name": "a", "airframe": "crazyflie-2.1", "trajectory": {"t_s": [0, 2, 4, 6, 8, 10],
+            "position_m": [[2,9,2], [2.5,9,2.1], [5,9,2.6], [7.5,9,3.1], [8,9,3.2], [8,9,3.2]],
+            "control_m": [[[2,9,2],[2,9,2]], [[3,9,2.2],[4,9,2.4]], [[6,9,2.8],[7,9,3]], [[8,9,3.2],[8,9,3.2]], []]}}]}"#;
+    let plan = planner::plan::file::read(plan).unwrap().plan;
+    let options = Options {
+        plan_id: "0123456789abcdef".to_owned(),
+        georeference: None,
+        axes: exchange::frame::Axes::Ned,
+        rate_hz: 5.0,
+        own_origin: false,
+        compressed_alone: false,
+        untimed_ok: false,
+        lights: BTreeMap::new(),
+    };
+    let of = |to: Target, ending: &str, letter: u8| {
+        let made = export(&plan, to, &options).unwrap();
+        let file = made.files.iter().find(|it| it.name.ends_with(ending));
+        [&[letter], &file.unwrap().bytes[..]].concat()
+    };
+    let show = br#"J{"version": 1, "swarm": {"drones": [{"type": "generic", "settings": {"name": "a", "home": [1, 2, 0], "landAt": [1, 2, 0],
+        "trajectory": {"version": 1, "takeoffTime": 1.5, "points": [[0, [1, 2, 0], []], [2, [1, 2, 3], []],
+        [5, [4, 2, 3], [[2, 2, 3], [3, 2, 3]]], [7, [4, 4, 3], [[4, 3, 3]]], [9, [4, 4, 0], []]]}}}]}}"#;
+    let studio = b"Ta\nTime_msec,X_m,Y_m,Z_m,R,G,B\n0,1,1,0,255,0,0\n1000,1,1,2,255,0,0\n3000,4,1,2,0,0,255\n";
+    let all = [
+        of(Target::Skybrush, ".skyc", b'C'),
+        of(Target::Skybrush, ".skyb", b'B'),
+        of(Target::Crazyswarm, ".cfpoly", b'P'),
+        of(Target::Crazyswarm, ".csv", b'T'),
+        of(Target::Setpoints, ".csv", b'T'),
+        [b"T", &studio[3..]].concat(),
+    ];
+    [all.to_vec(), vec![show.to_vec(); 2]].concat()
+}
+
+#[test]
+fn shows_of_any_bytes_are_judged_or_refused() {
+    let fleet =
+        r#"Fleet(airframe: "crazyflie-2.1", bounds_m: (min: (-50, -50, -1), max: (50, 50, 50)))"#;
+    let read_count = std::cell::Cell::new(0_u64);
+    Judged {
+        what: "shows",
+        seeds: shows(),
+        read: &|bytes| {
+            let Some((letter, rest)) = bytes.split_first() else {
+                return;
+            };
+            let (name, bytes) = match letter {
+                b'C' => ("show.skyc", rest.to_vec()),
+                b'J' => ("show.skyc", zipped("show.json", rest)),
+                b'B' => ("a.skyb", rest.to_vec()),
+                b'P' => ("a.cfpoly", rest.to_vec()),
+                _ => ("a.csv", rest.to_vec()),
+            };
+            let file = exchange::File {
+                name: name.to_owned(),
+                bytes,
+            };
+            let Ok(show) = exchange::read_show(&[file], None) else {
+                return;
+            };
+            let load = |_: &str| Err("no files".to_owned());
+            let files = Files::new(&load);
+            if let Ok(file) = intended_as_plan("show", show.drones, fleet, &files) {
+                read_count.set(read_count.get() + 1);
+                examine(&file, false);
+            }
+        },
+    }
+    .holds();
+    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
+}
+
+/// One file in a zip.
+fn zipped(name: &str, bytes: &[u8]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    zip.start_file(name, zip::write::SimpleFileOptions::default())
+        .unwrap();
+    zip.write_all(bytes).unwrap();
+    zip.finish().unwrap().into_inner()
 }
 
 const LOGS: &str = r#"(
