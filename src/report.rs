@@ -5,5 +5,6 @@ pub(crate) mod flight;
 pub(crate) mod page;
 pub(crate) mod plan;
 pub(crate) mod sections;
+pub(crate) mod slice;
 mod tables;
 pub(crate) mod words;

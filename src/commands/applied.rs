@@ -107,7 +107,7 @@ pub(crate) fn figures(name: &str, recordings: &[Recording], applied: &Applied) -
         draw(samples).into_iter().map(move |figure| Figure {
             name: format!("{side}-{}", figure.name),
             caption: format!("{side} the finding is applied. {}", figure.caption),
-            svg: figure.svg,
+            ..figure
         })
     });
     drawn.collect()

@@ -13,6 +13,7 @@ use super::agreement;
 use super::residual_map::{Above, ResidualMap};
 use super::signature::{self, Mismatch};
 use crate::report::sections::Figure;
+use crate::report::slice::{self, Placed};
 use crate::report::words::{channel_words, figures, joined};
 
 /// Medians further off than so many standard deviations of one sample get a sign.
@@ -99,13 +100,18 @@ pub(crate) fn draw_campaign(name: &str, found: &CampaignFinding, subtitle: &str)
 }
 
 fn all(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Vec<Figure> {
+    let with_slice = |figure: Figure| Figure {
+        live: slice::html(channel_words(finding.channel).unit, &placed(seen)),
+        ..figure
+    };
     let figures = [
         Figure::of(
             "residuals",
             residuals(name, subtitle, finding.channel, seen),
             "Medians by cell, by place in the strongest wake there, folded onto the plane through its axis in which the two sides differ most; azimuths from x towards y. \
              Blue: the simulation is too high; red: too low. Outlined: cells of which half the samples or more lie in the region.",
-        ),
+        )
+        .map(with_slice),
         Figure::of(
             "signature",
             signature(name, subtitle, finding, seen),
@@ -118,6 +124,23 @@ fn all(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Vec<Figure
         ),
     ];
     figures.into_iter().flatten().collect()
+}
+
+/// The samples below a drone, for the slice.
+fn placed(seen: &Seen) -> Vec<Placed> {
+    let samples = seen.samples.iter().zip(&seen.corrected);
+    let placed = samples.filter_map(|(sample, corrected)| {
+        let place = sample.place?;
+        Some(Placed {
+            r_over_l: place.r_over_l,
+            azimuth_rad: place.azimuth_rad,
+            s_over_l: place.s_over_l,
+            recorded: sample.recorded,
+            before: sample.residual(),
+            after: sample.recorded - corrected,
+        })
+    });
+    placed.collect()
 }
 
 fn residuals(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Option<String> {

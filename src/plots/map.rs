@@ -108,5 +108,6 @@ pub(crate) fn draw(map: &Map<'_>) -> Figure {
         name: map.name.to_owned(),
         svg: canvas.finish(),
         caption: map.caption.to_owned(),
+        live: None,
     }
 }

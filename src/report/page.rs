@@ -60,9 +60,10 @@ fn part(part: &Part) -> String {
         Part::Steps(steps) => list("ol", steps),
         Part::Table { table, .. } => tables::html(table),
         Part::Figure(figure) => format!(
-            "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",
+            "<figure>\n{}<figcaption>{}</figcaption>\n{}</figure>\n",
             figure.svg,
-            escape(&figure.caption)
+            escape(&figure.caption),
+            figure.live.as_deref().unwrap_or_default()
         ),
     }
 }

@@ -23,13 +23,20 @@ pub(crate) struct Figure {
     pub(crate) svg: String,
     /// How to read it.
     pub(crate) caption: String,
+    /// What a page shows below it that answers to a pointer, as HTML.
+    pub(crate) live: Option<String>,
 }
 
 impl Figure {
     /// `None` without a picture.
     pub(crate) fn of(name: &str, svg: Option<String>, caption: &str) -> Option<Figure> {
         let (name, caption) = (name.to_owned(), caption.to_owned());
-        svg.map(|svg| Figure { name, svg, caption })
+        svg.map(|svg| Figure {
+            name,
+            svg,
+            caption,
+            live: None,
+        })
     }
 }
 
