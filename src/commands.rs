@@ -3,6 +3,7 @@
 pub(crate) mod air;
 mod answers;
 mod applied;
+mod battery;
 pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod check;

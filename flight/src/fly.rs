@@ -17,7 +17,9 @@ use crate::feed_forward::{Factors, FeedForward};
 use crate::fleet::{Craft, Fleet, FlyError};
 use crate::gusts::{Gusts, INTENSITY};
 use crate::reference::Reference;
-use crate::report::{Case, DroneFlight, FORMAT, Flight, FlightReport, Trace, Traces, VehicleFlown};
+use crate::report::{
+    Case, DroneFlight, FORMAT, Flight, FlightReport, Paths, Trace, Traces, VehicleFlown,
+};
 use crate::setup::Setup;
 use crate::tally::{Contact, Tally};
 use crate::vehicle::Body;
@@ -42,7 +44,7 @@ const FLOOR_M: f64 = 0.02;
 const CONTACT_M: f64 = 2.0;
 /// Obstacles below a drone are none within this of its pad (m).
 const PAD_M: f64 = 0.5;
-/// Drones times seconds that are flown at most: chosen here, about 300 MiB of what is kept of
+/// Drones times seconds that are flown at most: chosen here, about 400 MiB of what is kept of
 /// them.
 const MOST_DRONE_SECONDS: f64 = 3e5;
 /// Drones in one cell of floor at most: chosen here; a million pairs a step take tens of seconds.
@@ -51,6 +53,8 @@ const MOST_IN_A_CELL: usize = 1000;
 const TRACE_EVERY: usize = 5;
 /// Drones whose flight is kept over time.
 const WORST: usize = 3;
+/// Places of [`Paths`] in all: chosen here, a megabyte and a half of a page.
+const MOST_PLACES: usize = 180_000;
 /// Drones to a task at least: less work than it takes to hand out would be in one.
 const PER_TASK: usize = 16;
 
@@ -169,8 +173,9 @@ pub fn fly(
         })
         .collect();
     let logs = logs?;
-    let worst = worst(&fleet, &cases, &logs);
-    let traces = worst.into_iter().map(|k| Traces {
+    let most_air_first = most_air_first(&fleet, &cases, &logs);
+    let worst = most_air_first.iter().copied().filter(|it| it.1 > 0.0);
+    let traces = worst.take(WORST).map(|it| it.0).map(|k| Traces {
         drone: fleet.crafts[k].name.clone(),
         air_limit: fleet.crafts[k].air_limit,
         from_s: -SETTLE_S,
@@ -178,6 +183,7 @@ pub fn fly(
         flights: logs.iter().map(|log| log.pilots[k].trace()).collect(),
     });
     let worst = traces.collect();
+    let paths = paths(&most_air_first, &logs, steps);
     let flights = cases.iter().zip(&logs).map(|(case, log)| {
         let tallies = log.pilots.iter().map(|it| &it.tally);
         let drones: Vec<DroneFlight> = (fleet.crafts.iter().zip(tallies.clone()))
@@ -204,12 +210,31 @@ pub fn fly(
             })
             .collect(),
         worst,
+        paths,
     })
 }
 
-/// The drones that met most air over their limit in any flight without feed-forward, the worst
-/// first.
-fn worst(fleet: &Fleet, cases: &[Case], logs: &[Log]) -> Vec<usize> {
+/// Where drones really flew, flight by flight, as many as [`MOST_PLACES`] allow.
+fn paths(most_air_first: &[(usize, f64)], logs: &[Log], steps: usize) -> Paths {
+    let each = steps.div_ceil(TRACE_EVERY).max(1);
+    let mut left = MOST_PLACES / each;
+    let of_flight = |log: &Log| {
+        let some = most_air_first.iter().take(left).map(|it| it.0);
+        let some: Vec<usize> = some.collect();
+        left -= some.len();
+        let path = |k: usize| (k, log.pilots[k].off_m());
+        some.into_iter().map(path).collect()
+    };
+    Paths {
+        from_s: -SETTLE_S,
+        step_s: STEP_S * TRACE_EVERY as f64,
+        flights: logs.iter().map(of_flight).collect(),
+    }
+}
+
+/// All drones, those that met most air over their limit in any flight without feed-forward first,
+/// with the most that each met.
+fn most_air_first(fleet: &Fleet, cases: &[Case], logs: &[Log]) -> Vec<(usize, f64)> {
     let plain = cases.iter().zip(logs);
     let plain: Vec<&Log> = plain
         .filter(|(case, _)| case.feed_forward == FeedForward::None)
@@ -220,10 +245,9 @@ fn worst(fleet: &Fleet, cases: &[Case], logs: &[Log]) -> Vec<usize> {
         alphas.fold(0.0, f64::max)
     };
     let over = |k: usize| most(k) - fleet.crafts[k].air_limit;
-    let mut drones: Vec<usize> = (0..fleet.crafts.len()).filter(|&k| most(k) > 0.0).collect();
+    let mut drones: Vec<usize> = (0..fleet.crafts.len()).collect();
     drones.sort_by(|&a, &b| over(b).total_cmp(&over(a)).then(a.cmp(&b)));
-    drones.truncate(WORST);
-    drones
+    drones.into_iter().map(|k| (k, most(k))).collect()
 }
 
 /// One flight to be flown.
@@ -260,7 +284,8 @@ struct Pilot {
     tally: Tally,
     /// Altitude at every step (m); not a number: not flying.
     altitude_m: Vec<f32>,
-    trace: Vec<[f32; 2]>,
+    /// Distance from the plan along the axes (m), and alpha; not numbers: not flying.
+    trace: Vec<[f32; 4]>,
 }
 
 /// Where a drone is, for all others.
@@ -456,8 +481,9 @@ impl Setting<'_> {
         };
         pilot.altitude_m.push(shown(pilot.body.position_m.z));
         if step.is_multiple_of(TRACE_EVERY) && self.air.is_some() {
-            let risen_m = pilot.body.position_m.z - reference.position_m.z;
-            pilot.trace.push([shown(risen_m), shown(alpha)]);
+            let off_m = pilot.body.position_m - reference.position_m;
+            let values = [off_m.x, off_m.y, off_m.z, alpha];
+            pilot.trace.push(values.map(shown));
         }
         if counts && self.air.is_some() {
             self.contacts(pilot, (k, craft), picture, t_s);
@@ -662,9 +688,14 @@ impl Pilot {
             rounded.collect()
         };
         Trace {
-            altitude_error_m: column(0, 1e4),
-            alpha: column(1, 1e4),
+            altitude_error_m: column(2, 1e4),
+            alpha: column(3, 1e4),
         }
+    }
+
+    fn off_m(&self) -> Vec<Option<[f32; 3]>> {
+        let off = |&[x, y, z, _]: &[f32; 4]| x.is_finite().then_some([x, y, z]);
+        self.trace.iter().map(off).collect()
     }
 }
 

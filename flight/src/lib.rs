@@ -9,8 +9,9 @@
 //! commanded; `reference`: what the plan asks; [`wakes`] and [`gusts`]: the air that comes to it;
 //! [`feed_forward`]: what it does about that; `fleet`, `bins`, `tally` and `fly`: all drones at
 //! once, and what is counted; [`report`]: what is told; [`setup`]: parameters from a file;
-//! [`paper`]: the paper's own flight.
+//! [`paper`]: the paper's own flight; [`battery`]: what a plan takes of batteries.
 
+pub mod battery;
 pub mod controller;
 pub mod feed_forward;
 pub mod gusts;

@@ -33,6 +33,21 @@ pub struct FlightReport {
     /// The drones that met most air over their limit, without feed-forward, and what became of
     /// them in every flight.
     pub worst: Vec<Traces>,
+    /// Where drones really flew, for pictures; `flight.json` has it not.
+    #[serde(skip)]
+    pub paths: Paths,
+}
+
+/// Where drones flew, beside their plan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Paths {
+    /// Time of the first place (s).
+    pub from_s: f64,
+    /// Between two places (s).
+    pub step_s: f64,
+    /// Of each flight some drones by their index, of a small fleet all: how far from where the plan
+    /// has them, along x, y and z (m); `None`: it does not fly.
+    pub flights: Vec<Vec<(usize, Vec<Option<[f32; 3]>>)>>,
 }
 
 /// An airframe as it was flown.

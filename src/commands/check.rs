@@ -10,13 +10,13 @@ use planner::verify::examination::{Difference, Examination, examine};
 use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
 
-use crate::commands::plan;
+use crate::commands::{battery, plan};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
 use crate::io::plans::Source;
 use crate::report::words::{ALPHA, count, joined, place, wrote};
-use crate::viewer;
+use crate::viewer::{self, View};
 
 /// Fleets up to this size are told drone by drone how late each may be.
 const LIST_ALL_UP_TO: usize = 40;
@@ -36,6 +36,8 @@ pub(crate) struct Arguments {
     /// [default: nothing is written]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    battery: battery::Arguments,
 }
 
 /// The file by which one knows a folder of this command.
@@ -48,6 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let out = arguments.out.clone();
     let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
     let found = examine(&file, true);
+    let batteries = arguments.battery.judge(&found.plan)?;
     let asked = arguments.scenario.as_deref();
     let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
     let missing = asked.map(|world| missing(&world, &found.plan));
@@ -55,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let files = match &out {
         None => Vec::new(),
         Some(out) => {
-            let page = viewer::draw(&found.plan, None, None);
+            let page = viewer::draw(&View::of(&found.plan, None), None);
             let texts = vec![
                 (MAIN.to_owned(), files::json(&found.plan)),
                 ("plan.html".to_owned(), page),
@@ -73,11 +76,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             "examination": found,
             "missing": missing,
             "remarks": file.remarks,
+            "batteries": batteries.charges,
             "files": files,
         })),
-        Format::Text if files.is_empty() => text_of(&file, &found, missing.as_deref()),
-        Format::Text => text_of(&file, &found, missing.as_deref()) + &wrote(&files),
+        Format::Text => {
+            let battery = batteries.line().map(|it| format!("  {it}\n"));
+            let battery = battery.unwrap_or_default();
+            text_of(&file, &found, missing.as_deref()) + &battery + &wrote(&files)
+        }
     })?;
+    plan::tell_batteries(&batteries);
     let is_alpha = |it: &Violation| it.kind.without_margin() == ViolationKind::Air;
     if arguments.format == Format::Text && violations.iter().any(is_alpha) {
         tell(ALPHA);
@@ -85,6 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let is_good = violations.is_empty()
         && found.differences.is_empty()
         && found.plan.unplanned.is_empty()
+        && batteries.are_within()
         && missing.is_none_or(|it| it.is_empty());
     Ok(Answer::from(is_good))
 }

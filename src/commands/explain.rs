@@ -92,6 +92,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::NotAPlan { path, reason });
     };
     let stops = viewer::stops(&plan, world.as_ref(), k);
+    let stops: Vec<(f64, f64, &str)> = stops
+        .into_iter()
+        .map(|it| (it.from_s, it.until_s, it.what))
+        .collect();
     let stop = stops.iter().find(|it| it.0 <= at_s && at_s < it.1).copied();
     let speed_mps = state.velocity_mps.norm();
     let does = match stop {
@@ -205,9 +209,19 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                     Part::List(list),
                 ]
             }
-            (None, _) => vec![Part::line(format!(
-                "Had it gone on at once, {saved_s:.2} s earlier, nothing would break as the others fly: it is a dwell (--scenario tells), or a wait that the search took over another path, or kept on finding room."
-            ))],
+            (None, _) => {
+                let because = match explained.does {
+                    "wait" => {
+                        "a wait that the search took over another path, or that keeps room for drones that are early or late"
+                    }
+                    _ => {
+                        "a dwell, or a wait that the search took over another path: --scenario tells dwells from waits"
+                    }
+                };
+                vec![Part::line(format!(
+                    "Had it gone on at once, {saved_s:.2} s earlier, nothing would break as the others fly: it is {because}."
+                ))]
+            }
         };
         report.section("Why", lines);
     }

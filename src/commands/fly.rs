@@ -21,7 +21,7 @@ use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::words::{ALPHA, wrote};
 use crate::report::{flight as report, page};
-use crate::viewer;
+use crate::viewer::{self, View};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -165,7 +165,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut texts = vec![(MAIN.to_owned(), json(&[]))];
     texts.extend(page::files(&report));
-    let page = viewer::draw(&file.plan, None, Some(&flown));
+    let page = viewer::draw(&View::of(&file.plan, None), Some(&flown));
     texts.push(("plan.html".to_owned(), page));
     let files = files::write_below(&out.path, texts)?;
     print(&match arguments.format {
@@ -191,7 +191,8 @@ fn paper(arguments: &Arguments, setup: &Setup) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
-fn setup(path: Option<&Path>) -> Result<Setup, Failure> {
+/// Vehicles and gains from a file; the defaults without one.
+pub(super) fn setup(path: Option<&Path>) -> Result<Setup, Failure> {
     let Some(path) = path else {
         return Ok(Setup::default());
     };

@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use flight::battery::Charge;
 use planner::plan::outcome::Effort;
 use planner::verify::lateness;
 use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
 
+use crate::commands::battery::{self, Batteries};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell, tell_error};
 use crate::io::files;
@@ -21,7 +23,7 @@ use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan::{self as report, LIST_ALL_UP_TO};
 use crate::report::sections::{Part, Report};
 use crate::report::words;
-use crate::viewer;
+use crate::viewer::{self, Bottlenecks, View};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -53,6 +55,8 @@ pub(crate) struct Arguments {
     /// Write no plan.html
     #[arg(long)]
     no_page: bool,
+    #[command(flatten)]
+    battery: battery::Arguments,
 }
 
 /// The file by which one knows a folder of this command.
@@ -89,6 +93,11 @@ struct Printed<'a> {
     /// How many more endpoints exclude one another.
     more_conflicts: usize,
     timing: Option<Timing>,
+    /// Where drones wait most, and for whom.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bottlenecks: Option<Bottlenecks>,
+    /// What each drone takes of its battery.
+    batteries: &'a [Charge],
     files: Vec<PathBuf>,
 }
 
@@ -181,7 +190,7 @@ fn deliver(
     durations: &Durations,
 ) -> Result<Answer, Failure> {
     let Planned { plan, effort, .. } = planned;
-    let report = report::report(plan, durations, effort.improved_s());
+    let batteries = arguments.battery.judge(plan)?;
     let mut printed = Printed {
         status: plan.status.as_str(),
         plan: Some(plan),
@@ -191,6 +200,8 @@ fn deliver(
         conflicts: conflicts::describe_all(&planned.conflicts, world),
         more_conflicts: planned.conflicts.more,
         timing: Some(Timing::of(durations, effort)),
+        bottlenecks: None,
+        batteries: &batteries.charges,
         files: Vec::new(),
     };
     let texts = vec![
@@ -200,15 +211,30 @@ fn deliver(
     printed.files = files::write_below(&out.path, texts)?;
     // The plan first: pictures of it are drawn when it is safe on the disk.
     let mut pictures = vec![("plan.svg".to_owned(), plots::plan::draw(plan))];
+    let view = View::of(plan, Some(world));
     if !arguments.no_page {
-        let page = viewer::draw(plan, Some(world), None);
+        let page = viewer::draw(&view, None);
         pictures.push(("plan.html".to_owned(), page));
     }
     printed
         .files
         .extend(files::write_below(&out.path, pictures)?);
+    let bottlenecks = view.bottlenecks();
+    let mut report = report::report(plan, durations, effort.improved_s(), &bottlenecks);
+    report.section("", batteries.line().map(Part::Line).into_iter().collect());
+    printed.bottlenecks = Some(bottlenecks);
     say(arguments.format, &printed, &report, reasons(plan))?;
-    Ok(Answer::from(plan.is_safe()))
+    tell_batteries(&batteries);
+    Ok(Answer::from(plan.is_safe() && batteries.are_within()))
+}
+
+/// Prints on standard error which batteries are beyond their limit, or nearly empty.
+pub(super) fn tell_batteries(batteries: &Batteries) {
+    match batteries.warning() {
+        Some(warning) if batteries.are_within() => tell(&format!("warning: {warning}")),
+        Some(beyond) => tell_error(&beyond, &[]),
+        None => {}
+    }
 }
 
 /// Prints an answer; then on standard error its conflicts and every other error, each with its

@@ -211,7 +211,14 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
             "straight below: the limit is kept from the end of the near-field column down, {depth_m:.2} m"
         ),
     };
-    report.section("How far", vec![Part::List(vec![
+    let answer = format!(
+        "Keep a {} at least {:.2} m straight below a {}, or {:.2} m beside its axis at any depth; never in its near-field column.",
+        lower.airframe,
+        found.below_m.max(depth_m),
+        upper.airframe,
+        found.beside_m
+    );
+    report.section("How far", vec![Part::line(answer), Part::List(vec![
         straight,
         format!("beside: from {:.2} m on it meets no more at any depth (most at {:.2} m below)", found.beside_m, found.beside_most_at_m),
         format!("never in the near-field column, whatever the air: {radius_m:.2} m around the axis down to {depth_m:.2} m below"),

@@ -5,8 +5,9 @@ use planner::plan::{DronePlan, IgnoringDownwash, Plan, ZoneAir};
 use planner::verify::lateness::LATEST_S;
 
 use super::sections::{Part, Report};
-use super::words::{count, decimal, joined, tally};
+use super::words::{count, decimal, joined, place, tally};
 use crate::io::watch::Durations;
+use crate::viewer::Bottlenecks;
 
 /// Fleets up to this size are listed whole; it fits on a screen or two.
 pub(crate) const LIST_ALL_UP_TO: usize = 40;
@@ -15,8 +16,16 @@ const LIST_MOST_AFFECTED: usize = 15;
 /// Less air than this (m/s) prints as none: half of the last digit shown.
 const NO_AIR_MPS: f64 = 0.05;
 
+/// Waits of all drones together below this are not told (s): chosen here.
+const TELL_WAITS_FROM_S: f64 = 1.0;
+
 /// Which drone arrives when, exposed to what, and how the fleet does.
-pub(crate) fn report(plan: &Plan, durations: &Durations, improved_s: Option<f64>) -> Report {
+pub(crate) fn report(
+    plan: &Plan,
+    durations: &Durations,
+    improved_s: Option<f64>,
+    bottlenecks: &Bottlenecks,
+) -> Report {
     let mut report = Report::new(heading(plan), String::new());
     report.section("", table(plan));
     let mut lines = vec![summary(plan, durations)];
@@ -25,6 +34,7 @@ pub(crate) fn report(plan: &Plan, durations: &Durations, improved_s: Option<f64>
         lines.push(format!("How late each drone may be is {told}."));
     }
     lines.extend(zones(plan));
+    lines.extend(waits(bottlenecks));
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
     let ignoring = plan.ignoring_downwash.as_ref();
     if ignoring.is_some() || !durations.ignoring_downwash.is_zero() {
@@ -189,6 +199,30 @@ fn zones(plan: &Plan) -> Vec<String> {
     plan.zone_air.iter().map(line).collect()
 }
 
+/// For whom and where drones wait most.
+fn waits(bottlenecks: &Bottlenecks) -> Option<String> {
+    if bottlenecks.waits_s < TELL_WAITS_FROM_S {
+        return None;
+    }
+    let of = |drones: usize, waits_s: f64| {
+        let drones = count(drones, "drone", "drones");
+        format!("{waits_s:.1} s, {drones}")
+    };
+    let drones = bottlenecks.drones.iter();
+    let drones = drones.map(|it| format!("`{}` ({})", it.name, of(it.drones, it.waits_s)));
+    let drones = match joined(drones, ", ") {
+        none if none.is_empty() => "no one drone".to_owned(),
+        some => some,
+    };
+    let places = bottlenecks.places.iter();
+    let places = places.map(|it| format!("{} ({})", place(&it.at_m), of(it.drones, it.waits_s)));
+    let waits_s = bottlenecks.waits_s;
+    let places = joined(places, ", ");
+    Some(format!(
+        "Waits: {waits_s:.1} s in all, most for {drones}; most at {places}."
+    ))
+}
+
 /// What improving a complete plan was good for.
 fn improved(plan: &Plan, improved_s: f64) -> String {
     if improved_s == 0.0 {
@@ -248,7 +282,13 @@ mod tests {
 
     #[test]
     fn a_small_fleet_is_listed_whole_in_its_order_with_the_contrast_below() {
-        let text = report(&sample::warehouse(), &durations(), None).text();
+        let text = report(
+            &sample::warehouse(),
+            &durations(),
+            None,
+            &Bottlenecks::default(),
+        )
+        .text();
         let expected = "\
 sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
@@ -266,7 +306,13 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
     #[test]
     fn of_a_large_fleet_the_most_delayed_are_listed_and_the_rest_counted() {
-        let text = report(&sample::hall(200), &durations(), Some(3.5)).text();
+        let text = report(
+            &sample::hall(200),
+            &durations(),
+            Some(3.5),
+            &Bottlenecks::default(),
+        )
+        .text();
         assert_eq!(
             text.lines().filter(|line| line.starts_with("  d")).count(),
             LIST_MOST_AFFECTED + 1

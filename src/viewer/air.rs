@@ -45,6 +45,9 @@ pub(super) struct AirOfPlan<'a> {
     depth_m: f64,
 }
 
+/// A place (m) at a time (s).
+pub(super) type Spot = (Point3<f64>, f64);
+
 /// What one drone meets at one moment.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Met {
@@ -242,8 +245,51 @@ impl<'a> AirOfPlan<'a> {
         samples.par_iter().map(at).collect()
     }
 
+    /// The air of one drone (m/s) over the discs of another that were at a place (m) at a time (s):
+    /// the mean, of that wake alone.
+    pub(super) fn brings_mps(&self, from: usize, to: usize, (place_m, at_s): Spot) -> f64 {
+        let leaves = self.leaves(from, at_s, place_m.z);
+        self.alone_mps(leaves, to, place_m)
+    }
+
+    /// The air (m/s) over the discs of another where that is (m) at a time (s), if a drone were at
+    /// a place (m) and its air took no time.
+    pub(super) fn would_bring_mps(
+        &self,
+        (from, from_m): (usize, Point3<f64>),
+        to: usize,
+        (place_m, at_s): Spot,
+    ) -> f64 {
+        let kind = self.makes(from, at_s).map(|(_, kind)| kind);
+        let leaves = kind.filter(|_| from_m.z > place_m.z).map(|kind| {
+            let ends_z_m = self.end_z_m(kind, from_m);
+            (from_m, self.kinds[kind].wake.clone(), ends_z_m)
+        });
+        self.alone_mps(leaves, to, place_m)
+    }
+
+    fn alone_mps(
+        &self,
+        leaves: Option<(Point3<f64>, Wake, f64)>,
+        to: usize,
+        place_m: Point3<f64>,
+    ) -> f64 {
+        let Some(((from_m, wake, ends_z_m), airframe)) =
+            leaves.zip(self.members[to].airframe.as_ref())
+        else {
+            return 0.0;
+        };
+        let source = Source {
+            wake: &wake,
+            position_m: from_m,
+            ends_at_z_m: ends_z_m,
+        };
+        let discs = airframe.disc_points();
+        mean_over_discs_mps(&[source], &discs, place_m, self.superposition)
+    }
+
     /// How far from where a drone is now its air may be felt (m), level.
-    fn reach_m(&self, drone: usize) -> f64 {
+    pub(super) fn reach_m(&self, drone: usize) -> f64 {
         let member = &self.members[drone];
         let of = |&kind: &usize| {
             let Kind { wake, reach_m, .. } = &self.kinds[kind];

@@ -279,6 +279,69 @@ const drawPath = drone => {
   path = lines(places, pathLook);
 };
 
+// What was flown: darker craft beside the plan's, a line from where the plan has each, the last
+// seconds of each, and the whole path of the chosen one.
+const GONE = -32768;
+let flying = null;
+const flownPaths = (data.flown ? data.flown.flights : []).map(flight => {
+  const of = new Map();
+  for (const [index, text] of Object.entries(flight)) of.set(Number(index), new Int16Array(decode64(text).buffer));
+  return of;
+});
+const ghostLook = new T.MeshLambertMaterial({}), ghosts = new T.InstancedMesh(craft(), ghostLook, Math.max(fleet, 1));
+ghosts.frustumCulled = false; ghosts.count = 0;
+if (data.flown) scene.add(ghosts);
+const flownLook = flat(0), flownPlaces = new Float32Array(data.flown ? fleet * (PARTS + 1) * 6 : 0), flownGeometry = new T.BufferGeometry();
+flownGeometry.setAttribute('position', new T.BufferAttribute(flownPlaces, 3));
+const flownLines = new T.LineSegments(flownGeometry, flownLook);
+flownLines.frustumCulled = false;
+if (data.flown) scene.add(flownLines);
+// Where a drone flew; false: it did not, or that is not in the page.
+const locateFlown = (drone, at, out) => {
+  const off = flying && flying.get(drone.index);
+  if (!off) return false;
+  const last = off.length / 3 - 1, k = Math.max(0, Math.min((at - data.flown.from_s) / data.flown.step_s, last));
+  const a = Math.floor(k), b = Math.min(a + 1, last), part = k - a;
+  if (off[3 * a] === GONE || off[3 * b] === GONE) return false;
+  locate(drone, at, out);
+  for (let axis = 0; axis < 3; axis++) out[axis] += (off[3 * a + axis] + part * (off[3 * b + axis] - off[3 * a + axis])) * 1e-3;
+  return true;
+};
+let flownPath = null;
+const drawFlownPath = drone => {
+  if (flownPath) { scene.remove(flownPath); flownPath.geometry.dispose(); flownPath = null; }
+  const off = drone && flying && flying.get(drone.index);
+  if (!off) return;
+  const places = [], from = new Float64Array(6), to = new Float64Array(6);
+  let open = false;
+  for (let k = 0; k < off.length / 3; k++) {
+    const at = data.flown.from_s + k * data.flown.step_s, is = at >= 0 && locateFlown(drone, at, to);
+    if (is && open) places.push(from[0], from[1], from[2], to[0], to[1], to[2]);
+    open = is;
+    from.set(to);
+  }
+  flownPath = lines(places, flownLook);
+};
+const drawFlown = () => {
+  let count = 0, used = 0;
+  if (flying) for (const drone of data.drones) {
+    if (!isThere(drone, now) || !locateFlown(drone, now, spot)) continue;
+    const r = Math.max(drone.body_radius_m, LEAST_M) * 0.7, [x, y, z] = spot;
+    ghosts.setMatrixAt(count++, matrix.makeScale(r, r, r).setPosition(x, y, z));
+    locate(drone, now, spot);
+    flownPlaces.set([spot[0], spot[1], spot[2], x, y, z], 6 * used++);
+    let before = [x, y, z];
+    for (let part = 1; part <= PARTS; part++) {
+      const at = now - TRAIL_S * part / PARTS;
+      if (at < 0 || !locateFlown(drone, at, spot)) break;
+      flownPlaces.set([...before, spot[0], spot[1], spot[2]], 6 * used++);
+      before = [spot[0], spot[1], spot[2]];
+    }
+  }
+  ghosts.count = count; ghosts.instanceMatrix.needsUpdate = true;
+  flownGeometry.setDrawRange(0, 2 * used); flownGeometry.attributes.position.needsUpdate = true;
+};
+
 // Colours by the air met over the limit: dark to light would hide on one of both papers, so blue,
 // amber, vermilion (Okabe and Ito: told apart with any common colour vision).
 const tone = new T.Color(), CALM = new T.Color(0x3b76af), SOME = new T.Color(0xe8a33d), FULL = new T.Color(0xd55e00), GREY = new T.Color(0x8a949e), PINK = new T.Color(0xcc79a7);
@@ -317,6 +380,7 @@ const update = () => {
   if (PARTS) { trailGeometry.attributes.position.needsUpdate = true; trailGeometry.attributes.color.needsUpdate = true; }
   drones.instanceMatrix.needsUpdate = true;
   if (drones.instanceColor) drones.instanceColor.needsUpdate = true;
+  if (data.flown) drawFlown();
   // Picking would keep the sphere of the first frame.
   drones.boundingSphere = null;
   ringTexture.needsUpdate = true; tintAttribute.needsUpdate = true;
@@ -376,7 +440,7 @@ const drawRows = () => {
     bar(drone.enters_s || 0, gone, colour.ground);
     const top = Math.min(until === null ? gone : until, gone);
     if (top > from) { bar(from, top, colour.fly); if (drone.arrives_s < top && !drone.leaves) { pen.globalAlpha = 0.45; pen.fillStyle = css('--card'); pen.fillRect(across(drone.arrives_s, width), y, across(top, width) - across(drone.arrives_s, width), h); pen.globalAlpha = 1; } }
-    for (const [a, b, what] of drone.stops) bar(a, b, what === 'dwell' ? colour.dwell : colour.wait);
+    for (const [a, b, what] of drone.stops) bar(a, b, what === 'wait' ? colour.wait : colour.dwell);
     if (!many) for (const [a, b, , most] of drone.meets) { pen.fillStyle = colour.worst; pen.globalAlpha = Math.min(1, 0.25 + most / Math.max(drone.limit_mps, 0.01)); pen.fillRect(across(a, width), y + h - 2, Math.max(across(b, width) - across(a, width), 1), 2); pen.globalAlpha = 1; }
     if (!many && ROW > 9) { pen.fillStyle = drone === chosen ? colour.worst : colour.soft; pen.textAlign = 'right'; pen.fillText(drone.name.length > 14 ? drone.name.slice(0, 13) + '\u2026' : drone.name, LEFT - 6, y + h / 2); }
     if (drone === chosen) { pen.strokeStyle = colour.worst; pen.lineWidth = 1.2; pen.strokeRect(across(0, width) - 0.5, y - 0.5, width - LEFT - 5, h + 1); }
@@ -421,11 +485,11 @@ const build = () => {
   }
   const link = (other, into) => { const it = add('a', data.drones[other].name, into); it.tabIndex = 0; it.onclick = () => pick(data.drones[other]); return it; };
   const moment = (at, into) => { const it = add('a', number(at) + ' s', into); it.tabIndex = 0; it.onclick = () => seek(at); };
-  const stops = chosen.stops.filter(it => it[2] !== 'dwell');
+  const stops = chosen.stops.filter(it => it[2] === 'wait');
   if (stops.length) {
-    add('h3', data.drones.length > 1 ? 'waits; had it gone on at once, it would have come near' : 'waits');
+    add('h3', data.drones.length > 1 ? 'waits; had it gone on at once, it would have met' : 'waits');
     const ul = add('ul');
-    for (const [from, until, , other] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s: `); if (other === null) li.append('no drone on its path'); else link(other, li); }
+    for (const [from, until, , other] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s: `); if (other === null) li.append('no one drone'); else link(other, li); }
   }
   if (chosen.meets.length) {
     add('h3', 'wakes it meets');
@@ -441,8 +505,7 @@ const fromFlight = add => {
   for (const flight of data.flight.flights) {
     const found = flight.drones.find(it => it.name === chosen.name);
     if (!found) continue;
-    const known = typeof flight.feed_forward === 'string' ? flight.feed_forward : JSON.stringify(flight.feed_forward);
-    const li = add('li', `${flight.controller}, ${known} feed-forward, air at ${flight.convection}: alpha ${number(found.worst_alpha, 2)} of ${number(found.air_limit, 2)}, altitude off by ${number(100 * found.altitude_max_m, 0)} cm, tracking ${number(100 * found.tracking_max_m, 0)} cm`, ul);
+    const li = add('li', `${named(flight)}: alpha ${number(found.worst_alpha, 2)} of ${number(found.air_limit, 2)}, altitude off by ${number(100 * found.altitude_max_m, 0)} cm, tracking ${number(100 * found.tracking_max_m, 0)} cm`, ul);
     if (found.worst_alpha > found.air_limit) li.className = 'over';
   }
 };
@@ -473,7 +536,7 @@ const tell = () => {
   if (!chosen) return;
   const air = airAt(chosen, now), stop = chosen.stops.find(([from, until]) => from <= now && now < until);
   const speed = speedAt(chosen, now);
-  $('doing').textContent = !isThere(chosen, now) ? 'not there' : !isAirborne(chosen, now) ? 'on the ground' : stop ? (stop[2] === 'dwell' ? 'dwells' : stop[3] === null ? 'waits' : 'waits for ' + data.drones[stop[3]].name) : speed > 1e-3 ? (Math.abs(state[5]) > 0.9 * speed ? (state[5] > 0 ? 'climbs' : 'descends') : 'flies') : 'hovers';
+  $('doing').textContent = !isThere(chosen, now) ? 'not there' : !isAirborne(chosen, now) ? 'on the ground' : stop ? (stop[2] === 'dwell' ? 'dwells' : stop[2] === 'stop' ? 'stops' : stop[3] === null ? 'waits' : 'waits for ' + data.drones[stop[3]].name) : speed > 1e-3 ? (Math.abs(state[5]) > 0.9 * speed ? (state[5] > 0 ? 'climbs' : 'descends') : 'flies') : 'hovers';
   $('air').textContent = `${number(air, 2)} of ${number(chosen.limit_mps, 2)} m/s`;
   $('air').className = air > chosen.limit_mps * 1.01 ? 'over' : '';
   $('altitude').textContent = number(state[2], 2) + ' m';
@@ -486,7 +549,7 @@ const tell = () => {
 };
 const remember = () => { const part = `#t=${number(now, 2)}` + (chosen ? '&drone=' + encodeURIComponent(chosen.name) : ''); try { history.replaceState(null, '', part); } catch (_) { /* a page in a frame has no address */ } };
 const seek = at => { now = Math.min(Math.max(Number.isFinite(at) ? at : 0, 0), end); dirty = true; if (!playing) remember(); };
-const pick = drone => { chosen = drone || null; if (!chosen) follow = false; drawPath(chosen); build(); resize(); drawRows(); dirty = true; if (!playing) remember(); };
+const pick = drone => { chosen = drone || null; if (!chosen) follow = false; drawPath(chosen); drawFlownPath(chosen); build(); resize(); drawRows(); dirty = true; if (!playing) remember(); };
 const play = on => { playing = on; $('play').textContent = on ? 'pause' : 'play'; if (on && now >= end) now = 0; started = performance.now(); dirty = true; if (!on) remember(); };
 const fit = () => {
   controls.target.set(middle[0], middle[1], low[2] + size[2] * 0.3);
@@ -529,6 +592,7 @@ const paint = () => {
   wakeLook.uniforms.plain.value.set(dark ? 0x6db3e8 : 0x2b7bba); wakeLook.uniforms.met.value.set(0xd55e00);
   wakeLook.uniforms.strength.value = many ? Math.max(0.35, 8 / Math.sqrt(fleet)) : 1;
   halo.material.color.set(dark ? 0xff7a8a : 0xb3243b); pathLook.color.set(dark ? 0xff7a8a : 0xb3243b);
+  ghostLook.color.set(dark ? 0xe8b0d4 : 0x882255); flownLook.color.set(dark ? 0xe8b0d4 : 0x882255);
   trails.userData.ink = new T.Color(dark ? 0xc9d4de : 0x3a4652);
   drawRows();
   dirty = true;
@@ -595,13 +659,22 @@ const names = () => { showNames = !showNames; $('names').setAttribute('aria-pres
 const air = () => { showWakes = !showWakes; $('wakes').setAttribute('aria-pressed', showWakes); dirty = true; };
 const dark = () => { document.documentElement.classList.toggle('dark'); paint(); };
 const help = () => { $('keys').hidden = !$('keys').hidden; };
+const named = flight => `${flight.controller}, ${flight.feed_forward === 'none' ? 'no' : flight.feed_forward} feed-forward, air at ${flight.convection}`;
+const fly = which => { flying = flownPaths[which] || null; drawFlownPath(chosen); dirty = true; };
+if (data.flown) {
+  $('which').hidden = false;
+  $('flight').append(new Option('not shown', -1), ...data.flight.flights.map((it, k) => new Option(named(it) + (flownPaths[k].size < fleet ? `, ${flownPaths[k].size} drones` : ''), k)));
+  $('flight').onchange = event => fly(Number(event.target.value));
+  $('flight').value = 0; fly(0);
+}
+const nextFlight = () => { const it = $('flight'); if (!it.options.length) return; it.selectedIndex = (it.selectedIndex + 1) % it.options.length; fly(Number(it.value)); };
 $('names').onclick = names; $('wakes').onclick = air; $('home').onclick = fit; $('theme').onclick = dark; $('help').onclick = help;
 const turn = by => pick(data.drones[((chosen ? chosen.index : by > 0 ? -1 : 0) + by + fleet) % fleet]);
 const faster = by => { const it = $('speed'); it.selectedIndex = Math.min(Math.max(it.selectedIndex + by, 0), it.options.length - 1); };
 const KEYS = {
   ' ': () => play(!playing), ArrowLeft: () => seek(now - 1), ArrowRight: () => seek(now + 1), ',': () => seek(now - data.step_s), '.': () => seek(now + data.step_s),
   Home: () => seek(0), End: () => seek(end), '+': () => faster(1), '-': () => faster(-1), j: () => turn(1), k: () => turn(-1), f: () => { follow = !follow && !!chosen; dirty = true; },
-  n: names, w: air, 0: fit, d: dark, '?': help, Escape: () => pick(null),
+  n: names, w: air, g: nextFlight, 0: fit, d: dark, '?': help, Escape: () => pick(null),
 };
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === 'SELECT') return;
@@ -619,11 +692,12 @@ addEventListener('hashchange', fromAddress);
 
 // Begin.
 $('title').textContent = data.scenario || 'plan';
+$('facts').title = data.convection ? `The plan holds for air of every speed in its range; wakes and curves show that of ${data.convection} of the centreline's.` : 'Wakes follow their drones without delay.';
 const failed = data.violations.length;
 $('status').textContent = failed ? `${data.status}: ${failed} violations` : data.status;
 $('status').classList.toggle('bad', data.status !== 'safe');
-$('facts').textContent = `${fleet} drones, ${size.map(it => Number(it.toFixed(1))).join(' \u00d7 ')} m, ${number(end)} s` + (data.convection ? `, air at ${data.convection} of its speed` : '') + `, margins ${number(data.margins.time_s, 2)} s and ${number(data.margins.tracking_m, 2)} m`;
-$('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>dwells<i style="background:var(--ground)"></i>on the ground<br>air over its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';
+$('facts').textContent = `${fleet} drones, ${size.map(it => Number(it.toFixed(1))).join(' \u00d7 ')} m, ${number(end)} s` + (data.convection ? ', advected wakes' : ', quasi-static wakes') + `, margins ${number(data.margins.time_s, 2)} s and ${number(data.margins.tracking_m, 2)} m`;
+$('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>' + (data.drones.some(it => it.stops.some(stop => stop[2] === 'stop')) ? 'stops' : 'dwells') + '<i style="background:var(--ground)"></i>on the ground<br>air over its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';
 $('names').setAttribute('aria-pressed', showNames);
 if (matchMedia('(prefers-color-scheme: dark)').matches) document.documentElement.classList.add('dark');
 paint();
@@ -640,6 +714,7 @@ window.leeward = {
   chosen: () => chosen && chosen.name,
   position: name => Array.from(locate(data.drones.find(it => it.name === name), now, new Float64Array(6)).slice(0, 3)),
   project: name => project(locate(data.drones.find(it => it.name === name), now, spot)),
+  flown: name => { const out = new Float64Array(6); return locateFlown(data.drones.find(it => it.name === name), now, out) ? Array.from(out.slice(0, 3)) : null; },
   air: name => airAt(data.drones.find(it => it.name === name), now),
   drones: () => data.drones.map(it => it.name),
   end: () => end,

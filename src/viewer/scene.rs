@@ -1,24 +1,18 @@
 //! What plan.html shows, as data: trajectories in whole tenths of millimetres and milliseconds, the
 //! air in 255 steps. plan.json keeps the exact values.
 
+use std::collections::BTreeMap;
+
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use flight::FlightReport;
-use planner::World;
+use flight::report::Paths;
 use planner::plan::{AtEnd, Bounds, Margins, Obstacle, Plan, Sample, Status, Zone};
 use serde::Serialize;
 
 use super::air::AirOfPlan;
+use super::waits::Waits;
 
-/// Moments at which drones are looked at, over the fleet: chosen here, about half a second of one
-/// core.
-const MOST_SAMPLES: f64 = 80_000.0;
-/// Between two moments (s), at least and at most.
-const STEP_S: [f64; 2] = [0.1, 0.6];
-/// A stop between two moves that is this long is told (s), as in plan.svg.
-const WAITS_FROM_S: f64 = 0.25;
-/// How far beyond a wait its cause is looked for (s), chosen here: a crossing takes less.
-const CAUSE_WITHIN_S: f64 = 10.0;
 /// Levels of a wake's far field: chosen here, it is drawn straight between them.
 const LEVELS: [usize; 2] = [10, 4];
 /// Fleets with more drones are drawn with fewer levels.
@@ -49,6 +43,44 @@ pub(super) struct Scene<'a> {
     drones: Vec<Drone<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     flight: Option<&'a FlightReport>,
+    /// Where drones flew in each flight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flown: Option<Flown>,
+}
+
+/// Where drones flew.
+#[derive(Serialize)]
+struct Flown {
+    from_s: f64,
+    step_s: f64,
+    /// Of each flight by the drones' indices, how far from where the plan has them: whole
+    /// millimetres along x, y and z, 16 bits each, low byte first, as base64. The lowest number: it
+    /// does not fly.
+    flights: Vec<BTreeMap<usize, String>>,
+}
+
+impl Flown {
+    fn of(paths: &Paths) -> Flown {
+        // Farther than 32 m it is shown at 32 m.
+        let whole_mm = |it: f32| (it * 1e3).round().clamp(-32_767.0, 32_767.0) as i16;
+        let bytes = |path: &[Option<[f32; 3]>]| {
+            let off_mm = path.iter().map(|it| match it {
+                Some(off_m) => off_m.map(whole_mm),
+                None => [i16::MIN; 3],
+            });
+            let bytes: Vec<u8> = off_mm.flatten().flat_map(i16::to_le_bytes).collect();
+            BASE64_STANDARD.encode(bytes)
+        };
+        let of_flight = |drones: &Vec<(usize, Vec<Option<[f32; 3]>>)>| {
+            let drones = drones.iter();
+            drones.map(|(drone, path)| (*drone, bytes(path))).collect()
+        };
+        Flown {
+            from_s: paths.from_s,
+            step_s: paths.step_s,
+            flights: paths.flights.iter().map(of_flight).collect(),
+        }
+    }
 }
 
 /// One drone; times and places of its points as differences, in units of [`UNIT`].
@@ -97,22 +129,14 @@ struct Drone<'a> {
 impl<'a> Scene<'a> {
     pub(super) fn new(
         plan: &'a Plan,
-        world: Option<&World>,
+        (air, waits): (&AirOfPlan<'_>, &Waits),
         flight: Option<&'a FlightReport>,
     ) -> Scene<'a> {
         let last_s = |k: usize| plan.drones[k].trajectory.t_s.last().copied().unwrap_or(0.0);
         let fleet = plan.drones.len();
         let end_s = (0..fleet).map(last_s).fold(0.0, f64::max);
-        let step_s = end_s * fleet as f64 / MOST_SAMPLES;
-        // Whole milliseconds, so that the page counts them as they are here. A very long plan has
-        // at most so many moments in all.
-        let step_s = step_s
-            .clamp(STEP_S[0], STEP_S[1])
-            .max(end_s / MOST_SAMPLES.sqrt() / 30.0);
-        let step_s = (step_s * 1e3).ceil() / 1e3;
-        let samples = plan.sample(1.0 / step_s);
-        let air = AirOfPlan::new(plan);
-        let met = air.met(&samples);
+        let (samples, step_s) = (&waits.samples, waits.step_s);
+        let met = air.met(samples);
         let max_air_mps = met
             .iter()
             .flatten()
@@ -129,19 +153,10 @@ impl<'a> Scene<'a> {
         let wakes = wakes.collect();
         let drones = (0..fleet).map(|k| {
             let of_drone = || met.iter().map(move |all| &all[k]);
-            let stops = stops(plan, world, k)
-                .into_iter()
-                .map(|(from_s, until_s, what)| {
-                    let blocker = match what {
-                        "dwell" => None,
-                        _ => waits_for(plan, &samples, k, (from_s, until_s)),
-                    };
-                    let what = match (what, blocker) {
-                        ("stop", Some(_)) => "wait",
-                        _ => what,
-                    };
-                    (from_s as f32, until_s as f32, what, blocker)
-                });
+            let stops = waits.stops[k].iter().map(|it| {
+                let (from_s, until_s) = (it.from_s as f32, it.until_s as f32);
+                (from_s, until_s, it.what, it.waits_for)
+            });
             let drone = &plan.drones[k];
             let path = &drone.trajectory;
             let units = |value: f64| (value / UNIT).round() as i64;
@@ -165,7 +180,7 @@ impl<'a> Scene<'a> {
                     .collect()
             };
             let kinds = (0..times.len()).map(|point| (point, air.kind(k, point)));
-            let ends = air.ends_z_m(k, &samples).into_iter();
+            let ends = air.ends_z_m(k, samples).into_iter();
             let ends = samples
                 .iter()
                 .zip(ends)
@@ -209,7 +224,7 @@ impl<'a> Scene<'a> {
                     true => BASE64_STANDARD.encode(&bytes),
                     false => String::new(),
                 },
-                meets: meets(&samples, of_drone().map(|it| &it.from[..])),
+                meets: meets(samples, of_drone().map(|it| &it.from[..])),
                 stops: stops.collect(),
             }
         });
@@ -234,6 +249,7 @@ impl<'a> Scene<'a> {
             drones: drones.collect(),
             wakes,
             flight,
+            flown: flight.map(|it| Flown::of(&it.paths)),
         }
     }
 }
@@ -282,79 +298,6 @@ fn meets<'m>(
     spans
 }
 
-/// Stops between two moves, in order: from, until (s), and whether it is a dwell at a task.
-pub(crate) fn stops(
-    plan: &Plan,
-    world: Option<&World>,
-    drone: usize,
-) -> Vec<(f64, f64, &'static str)> {
-    let path = &plan.drones[drone].trajectory;
-    let points = path.t_s.len().min(path.position_m.len());
-    let mut found = Vec::new();
-    let mut next = 0;
-    let is_same = |a: &nalgebra::Point3<f64>, b: &nalgebra::Point3<f64>| (a - b).norm() < 1e-6;
-    let mut tasks = world
-        .and_then(|it| it.drones.get(drone))
-        .map(|it| it.tasks.iter().peekable());
-    for stay in path.position_m[..points].chunk_by(is_same) {
-        let from_s = path.t_s[next];
-        next += stay.len();
-        let until_s = path.t_s[next - 1];
-        let mut dwelt_s = from_s;
-        if let Some(tasks) = &mut tasks {
-            while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < 1e-3) {
-                let held_s = task.during_s.map_or(0.0, |[_, until_s]| until_s);
-                dwelt_s = (dwelt_s + task.dwell_s).max(held_s);
-            }
-        }
-        if until_s - dwelt_s >= WAITS_FROM_S && next < points {
-            let word = if world.is_some() { "wait" } else { "stop" };
-            // It waits where it is after its dwell.
-            found.push((dwelt_s, until_s, word));
-        }
-        if dwelt_s > from_s {
-            found.push((from_s, dwelt_s.min(until_s), "dwell"));
-        }
-    }
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found
-}
-
-/// The drone that a waiting one would have come too near to, first, had it gone on at once: bodies
-/// within reach of each other, or one in the near-field column and half-width below the other.
-/// `None`: no other on its path.
-fn waits_for(plan: &Plan, samples: &[Sample], drone: usize, wait_s: (f64, f64)) -> Option<usize> {
-    let step_s = samples.get(1)?.t_s;
-    let first = (wait_s.0 / step_s).ceil() as usize;
-    let shift = ((wait_s.1 - wait_s.0) / step_s).round().max(1.0) as usize;
-    let until = first + shift + (CAUSE_WITHIN_S / step_s) as usize;
-    let own = &plan.drones[drone].airframe;
-    let gap_m = own.body_radius_m + plan.clearance_m;
-    for k in first..until.min(samples.len()) {
-        let place_m = samples.get(k + shift).or(samples.last())?.position_m[drone]?;
-        let too_near = |other: usize| {
-            let other_m = samples[k].position_m[other]?;
-            let airframe = &plan.drones[other].airframe;
-            let aside_m = (other_m.xy() - place_m.xy()).norm();
-            let below_m = (other_m.z - place_m.z).abs();
-            let upper = if other_m.z > place_m.z { airframe } else { own };
-            // About the half-width of the jet: a picture's measure, no judgement.
-            let wide_m = upper.motor_distance_m + 0.1 * below_m;
-            let bodies_m = gap_m + airframe.body_radius_m;
-            let is_near = (other_m - place_m).norm() < bodies_m || aside_m < wide_m;
-            is_near.then_some(aside_m)
-        };
-        let nearest = (0..plan.drones.len())
-            .filter(|&other| other != drone)
-            .filter_map(|other| Some((too_near(other)?, other)))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, other)) = nearest {
-            return Some(other);
-        }
-    }
-    None
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -362,7 +305,8 @@ mod tests {
     #[test]
     fn the_air_of_the_page_is_that_of_the_verifier_between_its_samples() {
         let plan = crate::tests::hall(60);
-        let scene = Scene::new(&plan, None, None);
+        let air = AirOfPlan::new(&plan);
+        let scene = Scene::new(&plan, (&air, &Waits::of(&plan, None, &air)), None);
         let worst_mps = |k: usize| plan.drones[k].worst_air_mps;
         let most_mps = (0..60).map(worst_mps).fold(0.0, f64::max);
         assert!(most_mps > 0.2);
@@ -376,23 +320,5 @@ mod tests {
             let named = |it: &(f32, f32, usize, f32)| Some(&plan.drones[it.2].name[..]) == from;
             assert!(shown.meets.iter().any(named), "{}", drone.name);
         }
-    }
-
-    #[test]
-    fn a_place_that_is_held_until_a_time_is_dwelt_at_from_when_the_drone_comes() {
-        let mut world = crate::tests::two_above_each_other();
-        world.drones.truncate(1);
-        let drone = &mut world.drones[0];
-        drone.tasks[0].during_s = Some([5.0, 9.0]);
-        let mut home = drone.tasks[0].clone();
-        (home.to_m, home.during_s) = (drone.start_m, None);
-        drone.tasks.push(home);
-        let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
-        let plan = outcome.into_planned().expect("a plan").plan;
-        let stops = stops(&plan, Some(&world), 0);
-        let dwell = stops.iter().find(|stop| stop.2 == "dwell");
-        let &(from_s, until_s, _) = dwell.expect("it holds its place");
-        assert!(from_s < 5.0 && (until_s - 9.0).abs() < 1e-6, "{stops:?}");
-        assert!(stops.iter().all(|stop| stop.2 == "dwell"), "{stops:?}");
     }
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use planner::Plan;
+use serde_json::json;
 
 /// The browser's names on Debian and elsewhere.
 const BROWSERS: [&str; 4] = [
@@ -44,6 +45,7 @@ setTimeout(() => {
   for (const kind of ['pointerdown', 'pointerup']) {
     view.dispatchEvent(new PointerEvent(kind, { clientX: at.x, clientY: at.y, bubbles: true, pointerId: 1 }));
   }
+  seen.flown = JSON.stringify(page.flown(page.drones()[0]));
   seen.picked = page.chosen();
   seen.said = document.getElementById('panel').innerText;
   seen.loaded = performance.getEntriesByType('resource').length;
@@ -126,4 +128,73 @@ fn the_page_opens_offline_a_click_picks_and_a_seek_moves_to_what_the_plan_says()
             assert!(off_m < 1e-3, "{}: {off_m} m", drone.name);
         }
     }
+}
+
+#[test]
+fn the_page_of_a_flight_shows_where_drones_flew() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = json!({
+        "format": "plan/1", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 20, 8]},
+        "drones": [{"name": "a", "airframe": "kolibri", "trajectory": {
+            "t_s": [0, 2, 10, 12], "position_m": [[2, 2, 2], [2, 2, 2], [14, 2, 2], [14, 2, 2]],
+        }}],
+    });
+    let path = folder.path().join("plan.json");
+    fs::write(&path, plan.to_string()).unwrap();
+    let out = folder.path().join("flown");
+    super::succeeds(
+        Command::new(env!("CARGO_BIN_EXE_plan"))
+            .arg("fly")
+            .arg(&path)
+            .arg("--out")
+            .arg(&out),
+    );
+    let Some(dom) = browse(&out, 3.0, "a") else {
+        return;
+    };
+    assert_eq!(
+        (seen(&dom, "state"), seen(&dom, "error")),
+        (Some("ready"), None)
+    );
+    // It has to speed up: it is behind, along its path, by less than what it could have flown.
+    let at_m: [f64; 3] = serde_json::from_str(seen(&dom, "flown").unwrap()).unwrap();
+    assert!((2.05..3.4).contains(&at_m[0]), "{at_m:?}");
+    assert!(
+        (at_m[1] - 2.0).abs() < 0.05 && (at_m[2] - 2.0).abs() < 0.1,
+        "{at_m:?}"
+    );
+}
+
+#[test]
+fn the_slice_of_a_diagnosis_turns() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = format!("{}/recordings/draughty-hall", env!("CARGO_MANIFEST_DIR"));
+    let out = folder.path().join("diagnosis");
+    super::succeeds(
+        Command::new(env!("CARGO_BIN_EXE_plan"))
+            .args(["diagnose", &recording, "--out"])
+            .arg(&out),
+    );
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let look = r"<script>
+addEventListener('error', event => { document.documentElement.dataset.error = event.message; });
+setTimeout(() => {
+  const seen = document.documentElement.dataset, box = document.querySelector('div.slice'), turn = box.querySelector('input'), near = [];
+  for (const azimuth of [0, 60, 120]) { turn.value = azimuth; turn.dispatchEvent(new Event('input')); near.push(Number(box.dataset.near)); }
+  const canvas = box.querySelector('canvas'), pen = canvas.getContext('2d'), bytes = pen.getImageData(0, 0, canvas.width, canvas.height).data, colours = new Set();
+  for (let k = 0; k < bytes.length; k += 4) colours.add(bytes[k] << 16 | bytes[k + 1] << 8 | bytes[k + 2]);
+  seen.near = JSON.stringify(near); seen.colours = colours.size;
+}, 300);
+</script></body>";
+    fs::write(out.join("plan.html"), page.replace("</body>", look)).unwrap();
+    let Some(dom) = browse(&out, 0.0, "") else {
+        return;
+    };
+    let near: Vec<u32> = serde_json::from_str(seen(&dom, "near").unwrap()).unwrap();
+    assert!(
+        near.iter().all(|it| *it > 20) && near[0] != near[1],
+        "{near:?}"
+    );
+    let colours: u32 = seen(&dom, "colours").unwrap().parse().unwrap();
+    assert!(colours > 20, "{colours}");
 }

@@ -1,0 +1,88 @@
+//! What a plan takes of each drone's battery, before anything is flown: hovering for as long as it
+//! is in the air, the climbs, and what the air it meets costs. Drag is left out; `fly` has it.
+
+use airflow::GRAVITY_MPS2;
+use planner::Plan;
+use planner::plan::DronePlan;
+use serde::Serialize;
+
+use crate::setup::Setup;
+use crate::vehicle::Vehicle;
+
+/// What one drone takes of its battery.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Charge {
+    /// Its name.
+    pub drone: String,
+    /// Its airframe's.
+    pub airframe: String,
+    /// Electrical energy to its own last time (Wh).
+    pub energy_wh: f64,
+    /// Of a full battery (Wh); `None`: not known.
+    pub capacity_wh: Option<f64>,
+    /// Of that (%).
+    pub percent: Option<f64>,
+}
+
+/// Of every drone of a plan whose airframe can be, in the plan's order.
+#[must_use]
+pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
+    let charge = |drone: &DronePlan| {
+        let airframe = drone.airframe.airframe().ok()?;
+        let vehicle = Vehicle::of(&airframe, &setup.entry(airframe.name()));
+        let energy_wh = energy_j(drone) / vehicle.drive_efficiency / 3600.0;
+        Some(Charge {
+            drone: drone.name.clone(),
+            airframe: airframe.name().to_owned(),
+            energy_wh,
+            capacity_wh: vehicle.battery_wh,
+            percent: vehicle.battery_wh.map(|it| 100.0 * energy_wh / it),
+        })
+    };
+    plan.drones.iter().filter_map(charge).collect()
+}
+
+/// Aerodynamic: m g U_H while it is in the air, m g per metre of climb, and the air's price (J).
+fn energy_j(drone: &DronePlan) -> f64 {
+    let path = &drone.trajectory;
+    let (from_s, until_s) = drone.airborne_s;
+    let until_s = until_s.unwrap_or(f64::INFINITY);
+    let own_kg = drone.airframe.mass_kg.max(f64::MIN_POSITIVE);
+    let mut energy_j = drone.extra_energy_j;
+    let times = path.t_s.windows(2).zip(path.position_m.windows(2));
+    for ((times_s, places_m), mass_kg) in times.zip(&path.mass_kg) {
+        let hover_mps = drone.airframe.hover_induced_velocity_mps * (mass_kg / own_kg).sqrt();
+        let weight_n = mass_kg * GRAVITY_MPS2;
+        let flies_s = times_s[1].min(until_s) - times_s[0].max(from_s);
+        let climbs_m = places_m[1].z - places_m[0].z;
+        energy_j += weight_n * (hover_mps * flies_s.max(0.0) + climbs_m.max(0.0));
+    }
+    energy_j
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drone_that_hovers_takes_its_hover_power_and_nothing_is_said_of_unknown_batteries() {
+        let text = r#"{"format": "plan/1", "scenario": "s", "bounds_m": {"min": [0,0,0], "max": [9,9,9]},
+            "drones": [
+                {"name": "a", "airframe": "matrice-300", "trajectory": {"t_s": [0, 60], "position_m": [[1,1,4],[1,1,4]]}},
+                {"name": "b", "airframe": "kolibri", "trajectory": {"t_s": [0, 60], "position_m": [[7,7,1],[7,7,3]]}}]}"#;
+        let plan = planner::plan::file::read(text).expect("a plan").plan;
+        let [a, b] = &of_plan(&plan, &Setup::default())[..] else {
+            panic!("two drones");
+        };
+        let airframe = &plan.drones[0].airframe;
+        let hover_w = airframe.mass_kg * GRAVITY_MPS2 * airframe.hover_induced_velocity_mps;
+        assert!((a.energy_wh - hover_w * 60.0 / 0.5 / 3600.0).abs() < 1e-9);
+        assert!((a.percent.expect("known") - 100.0 * a.energy_wh / 548.0).abs() < 1e-9);
+        assert_eq!((b.capacity_wh, b.percent), (None, None));
+        let climb_j = 0.23 * GRAVITY_MPS2 * 2.0;
+        let hover_j = b.energy_wh * 3600.0 * 0.5 - climb_j;
+        let airframe = &plan.drones[1].airframe;
+        let hover_w = 0.23 * GRAVITY_MPS2 * airframe.hover_induced_velocity_mps;
+        assert!((hover_j - 60.0 * hover_w).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,121 @@
+//! Batteries beside a plan: what each drone takes of its own, warned of, and limited if asked for.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use flight::battery::{Charge, of_plan};
+use planner::Plan;
+
+use crate::commands::fly;
+use crate::io::failure::Failure;
+use crate::report::words::{each_once, joined};
+
+/// From this share of a full battery on a drone is warned of, where no limit is given (%): chosen
+/// here, makers ask for a fifth to be left.
+const WARN_FROM_PERCENT: f64 = 80.0;
+/// Below this (%) nothing is said unless it is asked for: chosen here.
+const TELL_FROM_PERCENT: f64 = 10.0;
+/// Drones that are named, chosen here.
+const NAME_UP_TO: usize = 5;
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Refuse a plan in which a drone takes more of its full battery (%)
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    battery: Option<f64>,
+    /// Capacities of batteries and efficiencies of drives (RON; see docs/flight.md)
+    #[arg(long, value_name = "SETUP.ron")]
+    vehicles: Option<PathBuf>,
+}
+
+/// What was found.
+pub(crate) struct Batteries {
+    pub(crate) charges: Vec<Charge>,
+    limit_percent: Option<f64>,
+    /// It was asked for.
+    is_asked: bool,
+}
+
+impl Arguments {
+    /// Of a plan; what the command line names is read.
+    pub(crate) fn judge(&self, plan: &Plan) -> Result<Batteries, Failure> {
+        let setup = fly::setup(self.vehicles.as_deref())?;
+        Ok(Batteries {
+            charges: of_plan(plan, &setup),
+            limit_percent: self.battery,
+            is_asked: self.battery.is_some() || self.vehicles.is_some(),
+        })
+    }
+}
+
+impl Batteries {
+    /// Drones above a share of their battery (%), the emptiest first.
+    fn above(&self, percent: f64) -> Vec<&Charge> {
+        let taken = |it: &Charge| it.percent.unwrap_or(0.0);
+        let all = self.charges.iter().filter(|it| taken(it) > percent);
+        let mut all: Vec<&Charge> = all.collect();
+        all.sort_by(|a, b| taken(b).total_cmp(&taken(a)));
+        all
+    }
+
+    /// No drone takes more than the limit.
+    pub(crate) fn are_within(&self) -> bool {
+        self.limit_percent
+            .is_none_or(|limit| self.above(limit).is_empty())
+    }
+
+    /// A line for the report.
+    pub(crate) fn line(&self) -> Option<String> {
+        let unknown = self.charges.iter().filter(|it| it.percent.is_none());
+        let unknown = each_once(unknown.map(|it| &it.airframe[..]));
+        let unknown = match unknown.is_empty() || !self.is_asked {
+            true => String::new(),
+            false => format!(" The capacity of {unknown} is not known; --vehicles may say it."),
+        };
+        let all = self.above(0.0);
+        let Some(most) = all.first() else {
+            return self
+                .is_asked
+                .then(|| format!("Battery: nothing is known.{unknown}"));
+        };
+        let percent = most.percent.unwrap_or(0.0);
+        (self.is_asked || percent >= TELL_FROM_PERCENT).then(|| {
+            format!(
+                "Battery: `{}` takes most, {percent:.1} % of its {} Wh.{unknown}",
+                most.drone,
+                most.capacity_wh.unwrap_or(0.0)
+            )
+        })
+    }
+
+    /// What is beyond the limit, or should be warned of; drag is not counted.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let limit_percent = self.limit_percent.unwrap_or(WARN_FROM_PERCENT);
+        let above = self.above(limit_percent);
+        if above.is_empty() {
+            return None;
+        }
+        let named = above.iter().take(NAME_UP_TO);
+        let named = named.map(|it| format!("`{}` {:.0} %", it.drone, it.percent.unwrap_or(0.0)));
+        let named = joined(named, ", ");
+        let more = match above.len().saturating_sub(NAME_UP_TO) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let allowed = match self.limit_percent {
+            Some(limit) => format!("{limit} % of a battery are allowed"),
+            None => format!("more than {limit_percent} % of a full battery"),
+        };
+        Some(format!(
+            "{allowed}: {named}{more}, hovering and climbing alone; `plan fly` counts drag as well"
+        ))
+    }
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match value > 0.0 && value <= 100.0 {
+        true => Ok(value),
+        false => Err("must lie above 0 and up to 100".to_owned()),
+    }
+}

@@ -1,0 +1,368 @@
+//! Which drones stop, for how long, and for whom: told in the page, and in reports as bottlenecks.
+//!
+//! For whom is a picture's measure of distances along paths. `plan explain` asks the verifier.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+use planner::World;
+use planner::plan::{DronePlan, Plan, Sample};
+use planner::scenario::world::Task;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::air::AirOfPlan;
+
+/// Moments at which drones are looked at, over the fleet: chosen here, about half a second of one
+/// core.
+const MOST_SAMPLES: f64 = 80_000.0;
+/// Between two moments (s), at least and at most.
+const STEP_S: [f64; 2] = [0.1, 0.6];
+/// A stop between two moves that is this long is told (s), as in plan.svg.
+const WAITS_FROM_S: f64 = 0.25;
+/// How far beyond a wait its cause is looked for (s), chosen here: two crossings take less.
+const CAUSE_WITHIN_S: f64 = 15.0;
+/// Of a rule's limit, what a drone comes to that another waits for: chosen here, since plans keep
+/// margins of time as well.
+const NEARLY: f64 = 0.7;
+/// A smooth path stops where it is slower than this share of the highest speed, chosen here, but not
+/// where it climbs off the ground or comes down to it, at half a metre a second.
+const SLOW: f64 = 0.2;
+/// m/s.
+const SLOWEST_MPS: f64 = 0.4;
+/// And comes below this share in between, but turns by less than 60 degrees: chosen here, such a
+/// turn alone leaves it 0.87 of its speed.
+const STILL: f64 = 0.1;
+/// Between two looks at its speed (s).
+const LOOK_S: f64 = 0.05;
+/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³. Plans
+/// count it as waiting.
+const STOPPING_S: f64 = 0.8;
+/// Waits within one cube of this size are at one place (m): chosen here, the lattice's usual cell
+/// twice.
+const PLACE_M: f64 = 2.0;
+/// Bottlenecks of each kind that are told, chosen here.
+const MOST_TOLD: usize = 3;
+
+/// A stop between two moves, or a dwell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stop {
+    /// s.
+    pub(crate) from_s: f64,
+    /// s.
+    pub(crate) until_s: f64,
+    /// `dwell`, `wait`, or `stop` where that is not known.
+    pub(crate) what: &'static str,
+    /// Which drone it waits for; `None`: no one drone is in its way.
+    pub(crate) waits_for: Option<usize>,
+    /// m.
+    pub(crate) at_m: Point3<f64>,
+}
+
+/// The stops of a whole plan.
+pub(crate) struct Waits {
+    /// Moments at which the fleet is looked at.
+    pub(super) samples: Vec<Sample>,
+    /// Between two of them (s), whole milliseconds.
+    pub(super) step_s: f64,
+    /// Of each drone, by their beginning.
+    pub(super) stops: Vec<Vec<Stop>>,
+}
+
+/// Where a fleet waits most, and for whom.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Bottlenecks {
+    /// All waits together (s).
+    pub(crate) waits_s: f64,
+    /// Drones that others wait for, the most first.
+    pub(crate) drones: Vec<BottleneckDrone>,
+    /// Places where drones wait, the most first.
+    pub(crate) places: Vec<BottleneckPlace>,
+}
+
+/// A drone that others wait for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct BottleneckDrone {
+    pub(crate) name: String,
+    /// How many others wait for it.
+    pub(crate) drones: usize,
+    /// All together (s).
+    pub(crate) waits_s: f64,
+}
+
+/// A place where drones wait.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct BottleneckPlace {
+    /// The mean of their places (m).
+    pub(crate) at_m: Point3<f64>,
+    /// How many wait there.
+    pub(crate) drones: usize,
+    /// All together (s).
+    pub(crate) waits_s: f64,
+}
+
+impl Waits {
+    /// With its world the stops of a plan are told apart: dwells, and waits.
+    pub(crate) fn of(plan: &Plan, world: Option<&World>, air: &AirOfPlan<'_>) -> Waits {
+        let last_s = |k: usize| plan.drones[k].trajectory.t_s.last().copied().unwrap_or(0.0);
+        let fleet = plan.drones.len();
+        let end_s = (0..fleet).map(last_s).fold(0.0, f64::max);
+        // Whole milliseconds, so that the page counts them as they are here. A very long plan has
+        // at most so many moments in all.
+        let step_s = (end_s * fleet as f64 / MOST_SAMPLES)
+            .clamp(STEP_S[0], STEP_S[1])
+            .max(end_s / MOST_SAMPLES.sqrt() / 30.0);
+        let step_s = (step_s * 1e3).ceil() / 1e3;
+        let samples = plan.sample(1.0 / step_s);
+        let of_drone = |k: usize| {
+            let mut stops = stops(plan, world, k);
+            for stop in stops.iter_mut().filter(|it| it.what != "dwell") {
+                let span_s = (stop.from_s, stop.until_s);
+                stop.waits_for = waits_for(plan, (air, &samples), k, span_s);
+                if stop.what == "stop" && stop.waits_for.is_some() {
+                    stop.what = "wait";
+                }
+            }
+            stops
+        };
+        let stops = (0..fleet).into_par_iter().map(of_drone).collect();
+        Waits {
+            samples,
+            step_s,
+            stops,
+        }
+    }
+
+    /// Where and for whom the fleet waits most.
+    pub(crate) fn bottlenecks(&self, plan: &Plan) -> Bottlenecks {
+        let mut found = Bottlenecks::default();
+        // Seconds by drone that waits, so that each counts once.
+        let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
+        let mut places: BTreeMap<[i64; 3], BTreeMap<usize, (f64, Point3<f64>)>> = BTreeMap::new();
+        for (drone, (k, stops)) in plan.drones.iter().zip(self.stops.iter().enumerate()) {
+            let waits = || stops.iter().filter(|it| it.what == "wait");
+            // A drone's waits as its plan counts them, over its stops by their length.
+            let takes_s = |it: &Stop| it.until_s - it.from_s + STOPPING_S;
+            let all_s: f64 = waits().map(takes_s).sum();
+            found.waits_s += drone.waits_s;
+            for stop in waits() {
+                let waits_s = drone.waits_s * takes_s(stop) / all_s;
+                if let Some(other) = stop.waits_for {
+                    *drones.entry(other).or_default().entry(k).or_default() += waits_s;
+                }
+                let cube = |m: f64| (m / PLACE_M).floor() as i64;
+                let key = [stop.at_m.x, stop.at_m.y, stop.at_m.z].map(cube);
+                let there = places.entry(key).or_default();
+                there.entry(k).or_insert((0.0, stop.at_m)).0 += waits_s;
+            }
+        }
+        let drone = |(other, of): (usize, BTreeMap<usize, f64>)| BottleneckDrone {
+            name: plan.drones[other].name.clone(),
+            drones: of.len(),
+            waits_s: of.values().sum(),
+        };
+        found.drones = drones.into_iter().map(drone).collect();
+        let place = |of: BTreeMap<usize, (f64, Point3<f64>)>| {
+            let middle = of
+                .values()
+                .fold(Point3::origin(), |sum, it| sum + it.1.coords);
+            BottleneckPlace {
+                at_m: (middle / of.len() as f64).map(|m| (m * 100.0).round() / 100.0),
+                drones: of.len(),
+                waits_s: of.values().map(|it| it.0).sum(),
+            }
+        };
+        found.places = places.into_values().map(place).collect();
+        // In the plan's order, and by place, where they are the same.
+        found.drones.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
+        found.places.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
+        found.drones.truncate(MOST_TOLD);
+        found.places.truncate(MOST_TOLD);
+        found
+    }
+}
+
+/// Stops between two moves, in order, and which are dwells at a task; for whom is not asked.
+pub(crate) fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
+    let path = &plan.drones[drone].trajectory;
+    let points = path.t_s.len().min(path.position_m.len());
+    let mut found = Vec::new();
+    let mut next = 0;
+    let is_same = |a: &Point3<f64>, b: &Point3<f64>| (a - b).norm() < 1e-6;
+    let mut tasks = world
+        .and_then(|it| it.drones.get(drone))
+        .map(|it| it.tasks.iter().peekable());
+    for stay in path.position_m[..points].chunk_by(is_same) {
+        let from_s = path.t_s[next];
+        next += stay.len();
+        let until_s = path.t_s[next - 1];
+        let mut dwelt_s = from_s;
+        if let Some(tasks) = &mut tasks {
+            while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < 1e-3) {
+                let held_s = task.during_s.map_or(0.0, |[_, until_s]| until_s);
+                dwelt_s = (dwelt_s + task.dwell_s).max(held_s);
+            }
+        }
+        let stop = |from_s, until_s, what| Stop {
+            from_s,
+            until_s,
+            what,
+            waits_for: None,
+            at_m: stay[0],
+        };
+        if until_s - dwelt_s >= WAITS_FROM_S && next < points {
+            let word = if world.is_some() { "wait" } else { "stop" };
+            // It waits where it is after its dwell.
+            found.push(stop(dwelt_s, until_s, word));
+        }
+        if dwelt_s > from_s {
+            found.push(stop(from_s, dwelt_s.min(until_s), "dwell"));
+        }
+    }
+    let is_apart = |&(from_s, until_s): &(f64, f64)| {
+        let overlaps = |it: &Stop| it.from_s < until_s && from_s < it.until_s;
+        !found.iter().any(overlaps)
+    };
+    let tasks = world
+        .and_then(|it| it.drones.get(drone))
+        .map(|it| &it.tasks[..]);
+    let crawls = crawls(&plan.drones[drone]).into_iter().filter(is_apart);
+    let crawls: Vec<Stop> = crawls
+        .filter_map(|(from_s, until_s)| {
+            let at_m = path.position_m((from_s + until_s) / 2.0)?;
+            let is_at = |task: &Task| (task.to_m - at_m).norm() < AT_TASK_M;
+            let is_at_task = tasks.is_some_and(|all| all.iter().any(is_at));
+            (!is_at_task).then_some(Stop {
+                from_s,
+                until_s,
+                what: if world.is_some() { "wait" } else { "stop" },
+                waits_for: None,
+                at_m,
+            })
+        })
+        .collect();
+    found.extend(crawls);
+    found.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    found
+}
+
+/// A path that turns at a task without a dwell comes so near to it (m): chosen here.
+const AT_TASK_M: f64 = 0.1;
+
+/// Spans (s) in which a smooth path goes on so slowly that it stops, without being at rest for long
+/// enough to be a stay; in order.
+fn crawls(drone: &DronePlan) -> Vec<(f64, f64)> {
+    let path = &drone.trajectory;
+    let last_s = path.t_s.last().copied().unwrap_or(0.0).min(drone.arrives_s);
+    if !path.is_smooth() {
+        return Vec::new();
+    }
+    let most_mps = drone.airframe.max_speed_mps;
+    let slow_mps = (SLOW * most_mps).min(SLOWEST_MPS);
+    let steps = (last_s / LOOK_S) as usize;
+    let speed_mps = |k: usize| {
+        let state = path.state(k as f64 * LOOK_S);
+        state.map_or(0.0, |it| it.velocity_mps.norm())
+    };
+    let speeds: Vec<f64> = (0..=steps).map(speed_mps).collect();
+    let mut found = Vec::new();
+    let mut k = 0;
+    for span in speeds.chunk_by(|a, b| (*a < slow_mps) == (*b < slow_mps)) {
+        let from = k;
+        k += span.len();
+        let least_mps = span.iter().copied().fold(f64::INFINITY, f64::min);
+        let span_s = (from as f64 * LOOK_S, k as f64 * LOOK_S);
+        // Sharper turns are slow as well.
+        let velocities = [span_s.0, span_s.1].map(|t_s| path.state(t_s).map(|it| it.velocity_mps));
+        let goes_on = match velocities {
+            [Some(a), Some(b)] => a.dot(&b) > 0.5 * a.norm() * b.norm(),
+            _ => false,
+        };
+        // The first is its beginning, the last its end.
+        if least_mps < STILL * most_mps && from > 0 && k <= steps && goes_on {
+            found.push(span_s);
+        }
+    }
+    found
+}
+
+/// The drone with which a waiting one would have broken a rule first, had it gone on at once: bodies
+/// too near, or too much air for either. `None`: no one drone's.
+fn waits_for(
+    plan: &Plan,
+    (air, samples): (&AirOfPlan<'_>, &[Sample]),
+    drone: usize,
+    (from_s, until_s): (f64, f64),
+) -> Option<usize> {
+    let own = &plan.drones[drone];
+    let limit_mps = |it: &DronePlan| {
+        let hover_mps = it.airframe.hover_induced_velocity_mps;
+        (it.air_limit * hover_mps).max(1e-6)
+    };
+    let apart_m = plan.clearance_m + 2.0 * plan.margins.tracking_m;
+    let first = samples.partition_point(|it| it.t_s < from_s);
+    let mut nearest = (NEARLY, None);
+    for sample in &samples[first..] {
+        if sample.t_s > until_s + CAUSE_WITHIN_S {
+            break;
+        }
+        let place_m = own.trajectory.position_m(sample.t_s + until_s - from_s)?;
+        for (other, there) in plan.drones.iter().enumerate() {
+            let Some(other_m) = sample.position_m[other].filter(|_| other != drone) else {
+                continue;
+            };
+            let level_m = (other_m.xy() - place_m.xy()).norm();
+            let (above, below) = (other_m.z > place_m.z, other_m.z <= place_m.z);
+            let reach_m = match above {
+                true => air.reach_m(other),
+                false => air.reach_m(drone),
+            };
+            if level_m > reach_m + apart_m + own.airframe.motor_distance_m {
+                continue;
+            }
+            let bodies_m = own.airframe.body_radius_m + there.airframe.body_radius_m + apart_m;
+            let mut share = bodies_m / (other_m - place_m).norm().max(1e-6);
+            if above {
+                let met_mps = air.brings_mps(other, drone, (place_m, sample.t_s));
+                share = share.max(met_mps / limit_mps(own));
+            }
+            if below {
+                let own = (drone, place_m);
+                let met_mps = air.would_bring_mps(own, other, (other_m, sample.t_s));
+                share = share.max(met_mps / limit_mps(there));
+            }
+            if share > nearest.0 {
+                nearest = (share, Some(other));
+            }
+        }
+        if nearest.0 >= 1.0 {
+            break;
+        }
+    }
+    nearest.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_that_is_held_until_a_time_is_dwelt_at_from_when_the_drone_comes() {
+        let mut world = crate::tests::two_above_each_other();
+        world.drones.truncate(1);
+        let drone = &mut world.drones[0];
+        drone.tasks[0].during_s = Some([5.0, 9.0]);
+        let mut home = drone.tasks[0].clone();
+        (home.to_m, home.during_s) = (drone.start_m, None);
+        drone.tasks.push(home);
+        let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        let stops = stops(&plan, Some(&world), 0);
+        let dwell = stops.iter().find(|stop| stop.what == "dwell");
+        let &Stop {
+            from_s, until_s, ..
+        } = dwell.expect("it holds its place");
+        assert!(from_s < 5.0 && (until_s - 9.0).abs() < 1e-6, "{stops:?}");
+        assert!(stops.iter().all(|stop| stop.what == "dwell"), "{stops:?}");
+    }
+}
