@@ -43,8 +43,8 @@ pub fn of<'a>(pairs: impl Iterator<Item = (&'a DronePlan, Option<&'a Flown>)>) -
 
 /// Compares every drone with the line through the places of a file without times, in its order:
 /// each place of the plan with that part of the line, none before that of an earlier place, which
-/// keeps the largest distance least (the discrete Fréchet distance of T. Eiter and H. Mannila, 1994,
-/// to parts in place of points).
+/// keeps the largest distance least (the discrete Fréchet distance of T. Eiter and H. Mannila,
+/// 1994, to parts in place of points).
 #[must_use]
 pub fn along<'a>(pairs: impl Iterator<Item = (&'a DronePlan, &'a [Point3<f64>])>) -> Deviation {
     let mut worst = Deviation::default();

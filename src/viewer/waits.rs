@@ -25,8 +25,8 @@ const CAUSE_WITHIN_S: f64 = 15.0;
 /// Of a rule's limit, what a drone comes to that another waits for: chosen here, since plans keep
 /// margins of time as well.
 const NEARLY: f64 = 0.7;
-/// A smooth path stops where it is slower than this share of the highest speed, chosen here, but not
-/// where it climbs off the ground or comes down to it, at half a metre a second.
+/// A smooth path stops where it is slower than this share of the highest speed, chosen here, but
+/// not where it climbs off the ground or comes down to it, at half a metre a second.
 const SLOW: f64 = 0.2;
 /// m/s.
 const SLOWEST_MPS: f64 = 0.4;
@@ -35,8 +35,8 @@ const SLOWEST_MPS: f64 = 0.4;
 const STILL: f64 = 0.1;
 /// Between two looks at its speed (s).
 const LOOK_S: f64 = 0.05;
-/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³. Plans
-/// count it as waiting.
+/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³.
+/// Plans count it as waiting.
 const STOPPING_S: f64 = 0.8;
 /// Waits within one cube of this size are at one place (m): chosen here, the lattice's usual cell
 /// twice.
@@ -286,8 +286,8 @@ fn crawls(drone: &DronePlan) -> Vec<(f64, f64)> {
     found
 }
 
-/// The drone with which a waiting one would have broken a rule first, had it gone on at once: bodies
-/// too near, or too much air for either. `None`: no one drone's.
+/// The drone with which a waiting one would have broken a rule first, had it gone on at once:
+/// bodies too near, or too much air for either. `None`: no one drone's.
 fn waits_for(
     plan: &Plan,
     (air, samples): (&AirOfPlan<'_>, &[Sample]),

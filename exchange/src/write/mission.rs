@@ -2,8 +2,8 @@
 //! `.waypoints` (text) a drone.
 //!
 //! Layouts: <https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html>, and
-//! the plain-text format of <https://mavlink.io/en/file_formats/>. Commands and frames are MAVLink's
-//! `MAV_CMD` and `MAV_FRAME`.
+//! the plain-text format of <https://mavlink.io/en/file_formats/>. Commands and frames are
+//! MAVLink's `MAV_CMD` and `MAV_FRAME`.
 
 use std::fmt::Write as _;
 
