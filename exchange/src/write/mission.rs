@@ -159,7 +159,7 @@ impl Mission {
                 ms(item.hold_s),
                 0,
                 0,
-                null_yaw(),
+                null,
                 latitude_deg,
                 longitude_deg,
                 above_m
