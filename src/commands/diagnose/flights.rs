@@ -109,8 +109,8 @@ pub(super) fn report(
     report
 }
 
-/// Most effects that were not taken, and vehicles that lack something, in the text. Chosen here: the
-/// nearest, and the first.
+/// Most effects that were not taken, and vehicles that lack something, in the text. Chosen here:
+/// the nearest, and the first.
 const MOST_NOT_TAKEN: usize = 3;
 
 /// What forces sideways say, or why they say nothing.
