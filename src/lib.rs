@@ -63,8 +63,8 @@ enum Command {
     /// Keep a plan that is being flown, and change it by messages: JSON Lines on standard input and
     /// output, or HTTP
     Serve(serve::Arguments),
-    /// Let a fleet live for an hour of its clock, planned as `plan serve` plans: tasks, delays, drones
-    /// that come, land and fail; exit code 1 where a patch is late or a plan not sound
+    /// Let a fleet live for an hour of its clock, planned as `plan serve` plans: tasks, delays,
+    /// drones that come, land and fail; exit code 1 where a patch is late or a plan not sound
     Soak(soak::Arguments),
     /// Print the fields of a scenario, a plan, a flight or a message, with units and defaults as
     /// JSON Schema

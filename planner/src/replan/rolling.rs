@@ -324,8 +324,8 @@ impl Running {
 
     /// Drops what was flown before a time (s), as far as nothing still depends on it: of each drone
     /// up to where it last stood still before, and drones that had left by then. What is left
-    /// begins later (`enters_s`), and goes on as it was. Without this a plan grows for as long as it
-    /// is flown. The same calls give the same bytes.
+    /// begins later (`enters_s`), and goes on as it was. Without this a plan grows for as long as
+    /// it is flown. The same calls give the same bytes.
     pub fn forget(&mut self, before_s: f64) {
         if !BUSY_S.contain(before_s) {
             return;
