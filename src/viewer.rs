@@ -8,11 +8,12 @@ mod waits;
 use flight::FlightReport;
 use planner::{Plan, World};
 
+use crate::report::bottlenecks::Bottlenecks;
 use crate::report::words::escape;
 use air::AirOfPlan;
 use scene::Scene;
 use waits::Waits;
-pub(crate) use waits::{Bottlenecks, stops};
+pub(crate) use waits::stops;
 
 /// three.js 0.187 (MIT; THIRD_PARTY.md says how it is made), what of it the page uses.
 const THREE: &str = include_str!("viewer/three.min.js");

@@ -1,8 +1,7 @@
 //! Batteries beside a plan: what each drone takes of its own, warned of, and limited if asked for.
 
-use std::path::PathBuf;
+use std::path::Path;
 
-use clap::Args;
 use flight::battery::{Charge, of_plan};
 use planner::Plan;
 
@@ -18,16 +17,6 @@ const TELL_FROM_PERCENT: f64 = 10.0;
 /// Drones that are named, chosen here.
 const NAME_UP_TO: usize = 5;
 
-#[derive(Args)]
-pub(crate) struct Arguments {
-    /// Refuse a plan in which a drone takes more of its full battery (%)
-    #[arg(long, value_name = "PERCENT", value_parser = percent)]
-    battery: Option<f64>,
-    /// Capacities of batteries and efficiencies of drives (RON; see docs/flight.md)
-    #[arg(long, value_name = "SETUP.ron")]
-    vehicles: Option<PathBuf>,
-}
-
 /// What was found.
 pub(crate) struct Batteries {
     pub(crate) charges: Vec<Charge>,
@@ -36,19 +25,21 @@ pub(crate) struct Batteries {
     is_asked: bool,
 }
 
-impl Arguments {
-    /// Of a plan; what the command line names is read.
-    pub(crate) fn judge(&self, plan: &Plan) -> Result<Batteries, Failure> {
-        let setup = fly::setup(self.vehicles.as_deref())?;
+impl Batteries {
+    /// Of a plan, with a limit (%) and the vehicles of a file, where they are asked for.
+    pub(crate) fn of(
+        plan: &Plan,
+        limit_percent: Option<f64>,
+        vehicles: Option<&Path>,
+    ) -> Result<Batteries, Failure> {
+        let setup = fly::setup(vehicles)?;
         Ok(Batteries {
             charges: of_plan(plan, &setup),
-            limit_percent: self.battery,
-            is_asked: self.battery.is_some() || self.vehicles.is_some(),
+            limit_percent,
+            is_asked: limit_percent.is_some() || vehicles.is_some(),
         })
     }
-}
 
-impl Batteries {
     /// Drones above a share of their battery (%), the emptiest first.
     fn above(&self, percent: f64) -> Vec<&Charge> {
         let taken = |it: &Charge| it.percent.unwrap_or(0.0);
@@ -112,7 +103,8 @@ impl Batteries {
     }
 }
 
-fn percent(text: &str) -> Result<f64, String> {
+/// A share of a battery from the command line (%).
+pub(super) fn percent(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     match value > 0.0 && value <= 100.0 {
         true => Ok(value),

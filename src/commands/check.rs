@@ -10,7 +10,8 @@ use planner::verify::examination::{Difference, Examination, examine};
 use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
 
-use crate::commands::{battery, plan};
+use crate::commands::battery::{Batteries, percent};
+use crate::commands::plan;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
@@ -36,8 +37,12 @@ pub(crate) struct Arguments {
     /// [default: nothing is written]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    battery: battery::Arguments,
+    /// Refuse a plan in which a drone takes more of its full battery (%)
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    battery: Option<f64>,
+    /// Capacities of batteries and efficiencies of drives (RON; see docs/flight.md)
+    #[arg(long, value_name = "SETUP.ron")]
+    vehicles: Option<PathBuf>,
 }
 
 /// The file by which one knows a folder of this command.
@@ -50,7 +55,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let out = arguments.out.clone();
     let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
     let found = examine(&file, true);
-    let batteries = arguments.battery.judge(&found.plan)?;
+    let batteries = Batteries::of(
+        &found.plan,
+        arguments.battery,
+        arguments.vehicles.as_deref(),
+    )?;
     let asked = arguments.scenario.as_deref();
     let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
     let missing = asked.map(|world| missing(&world, &found.plan));

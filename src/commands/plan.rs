@@ -11,7 +11,7 @@ use planner::verify::lateness;
 use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
 
-use crate::commands::battery::{self, Batteries};
+use crate::commands::battery::{Batteries, percent};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell, tell_error};
 use crate::io::files;
@@ -19,11 +19,12 @@ use crate::io::files::{MOST_SCENARIO_BYTES, OutFolder};
 use crate::io::problems;
 use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
+use crate::report::bottlenecks::Bottlenecks;
 use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan::{self as report, LIST_ALL_UP_TO};
 use crate::report::sections::{Part, Report};
 use crate::report::words;
-use crate::viewer::{self, Bottlenecks, View};
+use crate::viewer::{self, View};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -55,8 +56,12 @@ pub(crate) struct Arguments {
     /// Write no plan.html
     #[arg(long)]
     no_page: bool,
-    #[command(flatten)]
-    battery: battery::Arguments,
+    /// Refuse a plan in which a drone takes more of its full battery (%)
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    battery: Option<f64>,
+    /// Capacities of batteries and efficiencies of drives (RON; see docs/flight.md)
+    #[arg(long, value_name = "SETUP.ron")]
+    vehicles: Option<PathBuf>,
 }
 
 /// The file by which one knows a folder of this command.
@@ -190,7 +195,7 @@ fn deliver(
     durations: &Durations,
 ) -> Result<Answer, Failure> {
     let Planned { plan, effort, .. } = planned;
-    let batteries = arguments.battery.judge(plan)?;
+    let batteries = Batteries::of(plan, arguments.battery, arguments.vehicles.as_deref())?;
     let mut printed = Printed {
         status: plan.status.as_str(),
         plan: Some(plan),

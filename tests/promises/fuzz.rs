@@ -530,7 +530,7 @@ fn flown_tables_of_any_bytes_are_judged_or_refused() {
         },
     }
     .holds();
-    assert!(read_count.get() > inputs() / 40, "{}", read_count.get());
+    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
 }
 
 /// Files of other programs, as they are written here, each behind a letter that says which it is;
@@ -568,7 +568,14 @@ fn shows() -> Vec<Vec<u8>> {
         of(Target::Setpoints, ".csv", b'T'),
         [b"T", &studio[3..]].concat(),
     ];
-    [all.to_vec(), vec![show.to_vec(); 2]].concat()
+    // Tables stay in order the most often.
+    let tables = all[4..].to_vec();
+    [
+        all.to_vec(),
+        vec![show.to_vec(); 2],
+        vec![tables; 3].concat(),
+    ]
+    .concat()
 }
 
 #[test]
@@ -606,7 +613,7 @@ fn shows_of_any_bytes_are_judged_or_refused() {
         },
     }
     .holds();
-    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
+    assert!(read_count.get() > inputs() / 40, "{}", read_count.get());
 }
 
 /// One file in a zip.
