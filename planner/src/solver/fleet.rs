@@ -116,7 +116,7 @@ pub(crate) fn by_open_rules<'a>(
         let still = covered.and_then(|share| Why::of_covered(world, share));
         let tried = match still.filter(|_| next.is_some()) {
             Some(why) => Ok(Err((why, Effort::default()))),
-            None => by_rules(world, next.is_some(), control, &solve),
+            None => by_rules(world, [index == 0, next.is_none()], control, &solve),
         };
         let why = match tried {
             Ok(Ok(mut solved)) => {
@@ -160,21 +160,23 @@ pub(crate) fn by_open_rules<'a>(
     }
 }
 
-/// Paths by the rules of one world; why they are given up, and what that took, where there `is_more`
-/// to try.
+/// Paths by the rules of one world, the first or the last that are tried; why they are given up,
+/// and what that took, unless they are the last. What lies between is tried within a budget of
+/// states, and what it would refuse is not looked at again.
 fn by_rules<'a>(
     world: &'a World,
-    is_more: bool,
+    [is_first, is_last]: [bool; 2],
     control: &'a Control<'a>,
     solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, EndpointConflicts> {
     let mut run = Run::new(world, control)?;
-    if is_more {
+    if !is_last {
         if let Some(why) = Why::before(world, &run.job) {
             return Ok(Err((why, run.effort)));
         }
-        run.most_expansions = most_states(world);
+        run.most_expansions = most_states(world, is_first);
         run.is_tried = run.most_expansions.is_some();
+        run.retries = is_first;
     }
     Ok(match solve(&mut run) {
         Some((paths, tried)) => Ok(Solved {

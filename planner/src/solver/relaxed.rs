@@ -52,10 +52,11 @@ fn slow_to_stop(world: &World) -> Option<(&str, f64)> {
     stops.find(|(_, stop_s)| is_smooth && !STOP_S.contain(*stop_s))
 }
 
-/// States of a try by all rules; `None`: a small fleet gets as many as it takes.
-pub(crate) fn most_states(world: &World) -> Option<u64> {
+/// States of a try that is not the last; `None`: by all its rules a small fleet gets as many as it
+/// takes.
+pub(crate) fn most_states(world: &World, is_first: bool) -> Option<u64> {
     let drones = world.drones.len();
-    (drones > MOST_SMALL).then(|| STATES_A_DRONE * drones as u64)
+    (drones > MOST_SMALL || !is_first).then(|| STATES_A_DRONE * drones as u64)
 }
 
 /// Why rules that a scenario leaves open are given up.
