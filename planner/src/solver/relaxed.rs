@@ -3,8 +3,8 @@
 //!
 //! Advected wakes are given up first: of a hall of 500 drones that is flown in closed loop
 //! (`plan fly`, PX4's controller, air at 0.6 of the centreline's speed), planned by both rules one
-//! drone is over its limit for 0.18 s; in smooth motion with quasi-static wakes 141 are, for up to 5
-//! s, and none touches another; in straight motion 97 touch.
+//! drone is over its limit for 0.18 s; in smooth motion with quasi-static wakes 141 are, for up to
+//! 5 s, and none touches another; in straight motion 97 touch.
 
 use std::f64::consts::PI;
 
