@@ -705,5 +705,5 @@ fn every_template_is_a_campaign() {
         }
         count += 1;
     }
-    assert_eq!(count, 4);
+    assert_eq!(count, 5);
 }
