@@ -38,6 +38,10 @@ pub struct FlightReport {
     pub paths: Paths,
 }
 
+/// How far a drone is from where the plan has it, along x, y and z (m), place after place; `None`:
+/// it does not fly.
+pub type OffPlan = Vec<Option<[f32; 3]>>;
+
 /// Where drones flew, beside their plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Paths {
@@ -45,9 +49,8 @@ pub struct Paths {
     pub from_s: f64,
     /// Between two places (s).
     pub step_s: f64,
-    /// Of each flight some drones by their index, of a small fleet all: how far from where the plan
-    /// has them, along x, y and z (m); `None`: it does not fly.
-    pub flights: Vec<Vec<(usize, Vec<Option<[f32; 3]>>)>>,
+    /// Of each flight some drones by their index, of a small fleet all.
+    pub flights: Vec<Vec<(usize, OffPlan)>>,
 }
 
 /// An airframe as it was flown.
