@@ -69,6 +69,9 @@ pub(crate) struct Waits {
     pub(super) stops: Vec<Vec<Stop>>,
 }
 
+/// By drone, how long it waits in a place (s), and where it first did (m).
+type WaitsByDrone = BTreeMap<usize, (f64, Point3<f64>)>;
+
 impl Waits {
     /// With its world the stops of a plan are told apart: dwells, and waits.
     pub(crate) fn of(plan: &Plan, world: Option<&World>, air: &AirOfPlan<'_>) -> Waits {
@@ -106,7 +109,7 @@ impl Waits {
         let mut found = Bottlenecks::default();
         // Seconds by drone that waits, so that each counts once.
         let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
-        let mut places: BTreeMap<[i64; 3], BTreeMap<usize, (f64, Point3<f64>)>> = BTreeMap::new();
+        let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
         for (drone, (k, stops)) in plan.drones.iter().zip(self.stops.iter().enumerate()) {
             let waits = || stops.iter().filter(|it| it.what == "wait");
             // A drone's waits as its plan counts them, over its stops by their length.
@@ -130,7 +133,7 @@ impl Waits {
             waits_s: of.values().sum(),
         };
         found.drones = drones.into_iter().map(drone).collect();
-        let place = |of: BTreeMap<usize, (f64, Point3<f64>)>| {
+        let place = |of: WaitsByDrone| {
             let middle = of
                 .values()
                 .fold(Point3::origin(), |sum, it| sum + it.1.coords);
