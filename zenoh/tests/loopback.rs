@@ -16,7 +16,10 @@ fn soak(out: &Path, words: &str) -> Output {
 
 /// The first number after some words.
 fn number(text: &str, words: &str) -> u64 {
-    let after = text.split(words).nth(1).unwrap_or_else(|| panic!("no `{words}` in {text}"));
+    let after = text
+        .split(words)
+        .nth(1)
+        .unwrap_or_else(|| panic!("no `{words}` in {text}"));
     let digits = after.chars().take_while(char::is_ascii_digit);
     digits.collect::<String>().parse().expect("a number")
 }
