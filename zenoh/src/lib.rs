@@ -1,6 +1,6 @@
 //! Planners of neighbouring areas of one site ([`service::airspace`]), told of one another over
 //! [Zenoh](https://zenoh.io): peers without a broker, over TCP, to addresses that are named.
-//! Nothing is looked for by multicast, and nobody is told of third parties.
+//! Nothing is looked for by multicast, and no peer is told of third parties.
 //!
 //! | key expression | what |
 //! | --- | --- |
@@ -181,7 +181,7 @@ fn hear(to: &Sender<Message>, bytes: &[u8]) {
     if bytes.len() <= MOST_BYTES
         && let Ok(message) = serde_json::from_slice(bytes)
     {
-        // With its planner gone nobody listens.
+        // With its planner gone there is no listener.
         let _ = to.send(message);
     }
 }

@@ -274,11 +274,7 @@ impl Running {
         self.known = at;
         let fits = self.fit();
         for entry in theirs {
-            let index = self
-                .world
-                .drones
-                .iter()
-                .position(|it| it.name == entry.name);
+            let index = self.index(&entry.name);
             let mut turn = Turn {
                 running: self,
                 at,
@@ -290,12 +286,7 @@ impl Running {
             self.fill_costmap();
         } else {
             for entry in theirs {
-                let index = self
-                    .world
-                    .drones
-                    .iter()
-                    .position(|it| it.name == entry.name);
-                if let Some(index) = index {
+                if let Some(index) = self.index(&entry.name) {
                     self.costmap.remove(id(index));
                     self.costmap.insert(self.tracks[index].flown_from(at));
                 }
@@ -303,6 +294,11 @@ impl Running {
         }
         self.judge();
         Ok(())
+    }
+
+    /// Of the drone that has a name.
+    fn index(&self, name: &str) -> Option<usize> {
+        self.world.drones.iter().position(|it| it.name == name)
     }
 
     /// For what the costmap is made: how many kinds, and how far off its legs others fly (m).

@@ -31,11 +31,8 @@ pub(crate) fn weaker(world: &World) -> Vec<World> {
     loop {
         let last = all.last().unwrap_or(world);
         // Of air alone nothing changes for a drone that is slow to stop.
-        let next = match slow_to_stop(last) {
-            Some(_) => last.in_straight_motion(),
-            None => None,
-        };
-        let next = next
+        let next = slow_to_stop(last)
+            .and_then(|_| last.in_straight_motion())
             .or_else(|| last.with_quasi_static_wakes())
             .or_else(|| last.in_straight_motion());
         match next {

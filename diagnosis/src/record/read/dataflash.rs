@@ -172,13 +172,12 @@ struct Read {
     gps_s: Vec<f64>,
 }
 
-/// Fills as much of a message as there is; says whether that is all of it.
-fn is_filled(bytes: &mut dyn BufRead, message: &mut [u8]) -> Result<bool, String> {
-    match bytes.read_exact(message) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(false),
-        Err(error) => Err(error.to_string()),
-    }
+/// Fills a part of a message, or says why there is no more of it.
+fn fill(bytes: &mut dyn BufRead, part: &mut [u8]) -> Result<(), String> {
+    bytes.read_exact(part).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => "the log ends within a message".to_owned(),
+        _ => error.to_string(),
+    })
 }
 
 /// Messages that are wanted, one after the other.
@@ -198,16 +197,9 @@ fn messages(bytes: &mut dyn BufRead, found: &mut Found) -> Read {
                 break;
             }
         }
-        match is_filled(bytes, &mut head) {
-            Ok(true) => {}
-            Ok(false) => {
-                broken = Some("the log ends within a message".to_owned());
-                break;
-            }
-            Err(why) => {
-                broken = Some(why);
-                break;
-            }
+        if let Err(why) = fill(bytes, &mut head) {
+            broken = Some(why);
+            break;
         }
         let [first, second, kind] = head;
         if [first, second] != MAGIC {
@@ -225,16 +217,9 @@ fn messages(bytes: &mut dyn BufRead, found: &mut Found) -> Read {
         // A message is at most as long as a byte can say.
         let mut payload = [0; 256];
         let payload = &mut payload[..length - HEAD_BYTES];
-        match is_filled(bytes, payload) {
-            Ok(true) => {}
-            Ok(false) => {
-                broken = Some("the log ends within a message".to_owned());
-                break;
-            }
-            Err(why) => {
-                broken = Some(why);
-                break;
-            }
+        if let Err(why) = fill(bytes, payload) {
+            broken = Some(why);
+            break;
         }
         let payload = &*payload;
         if kind == FMT {
