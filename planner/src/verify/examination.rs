@@ -429,7 +429,7 @@ impl Differences<'_> {
                 let (stated, found) = (&stated.worst_air_from, &found.worst_air_from);
                 self.tell(None, &key("worst_air_from"), told(stated), told(found));
             }
-            let slack_mps = ZONE * found.worst_air_mps + super::FAINTEST_WAKE_MPS;
+            let slack_mps = ZONE * found.worst_air_mps + super::SLIGHTEST_MPS;
             let worst = (
                 "worst_air_mps",
                 Some(stated.worst_air_mps),

@@ -56,6 +56,7 @@ pub use bounds::obstacles::Solid;
 pub use checks::air::DroneExposure;
 pub use checks::lateness;
 use checks::zone::Asked;
+use checks::zone::SLIGHTEST_MPS;
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
