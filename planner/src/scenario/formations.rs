@@ -8,6 +8,7 @@
 //! before: their mean stands for each. Of one airframe the price of every assignment is the same.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -16,6 +17,8 @@ use costmap::wake::fleet::wake_of;
 use nalgebra::{Point3, Vector3};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
+use petgraph::algo::dsatur_coloring;
+use petgraph::graph::{NodeIndex, UnGraph};
 
 use super::fields::{Field, Reader, within};
 use super::limits::{DWELL_S, SIZE_M};
@@ -57,9 +60,13 @@ pub(super) fn formation<'t>(
     });
     let circle = record.optional(reader, "circle", round);
     let sphere = record.optional(reader, "sphere", round);
-    let home_m = record.optional(reader, "home_m", |reader, field| {
-        Some(field.found(reader.number(field, &SIZE_M)?))
-    });
+    let mut height = |reader: &mut Reader<'t>, key| {
+        record.optional(reader, key, |reader, field| {
+            Some(field.found(reader.number(field, &SIZE_M)?))
+        })
+    };
+    let home_m = height(reader, "home_m");
+    let layer_m = height(reader, "layer_m");
     let dwell_s = record.optional(reader, "dwell_s", within(&DWELL_S));
     let during_s = record.optional(reader, "during_s", during);
     let shapes = ["to_m", "circle", "sphere", "home_m"].map(|key| record.has(key));
@@ -69,6 +76,11 @@ pub(super) fn formation<'t>(
         let problem = Problem::at(record.head(), message).label("exactly one is required");
         reader.report(problem.help("give to_m, circle, sphere or home_m"));
     }
+    if let (None, Some(layer_m)) = (&home_m, &layer_m) {
+        let message = format!("{} has `layer_m` without `home_m`", record.who);
+        let problem = Problem::at(&layer_m.at, message).label("places are where they are given");
+        reader.report(problem.help("layers are of drones above their own starts"));
+    }
     record.close(reader);
     let formation = Formation {
         drones,
@@ -76,6 +88,7 @@ pub(super) fn formation<'t>(
         circle,
         sphere,
         home_m,
+        layer_m,
         dwell_s: dwell_s.unwrap_or_default(),
         during_s,
         at: value.head(),
@@ -278,13 +291,62 @@ impl Assignment {
             });
         }
         let home = formation.home_m.iter();
+        let layer = self.layers(formation, group);
+        let layer_m = formation.layer_m.as_ref().map_or(0.0, |it| it.value);
         home.flat_map(|At { value, at }| {
             places(at, &|index| {
                 let start_m = self.with_tasks.drones[group[index]].start_m.value;
-                start_m + Vector3::z() * *value
+                start_m + Vector3::z() * (*value + layer[index] as f64 * layer_m)
             })
         })
         .collect()
+    }
+
+    /// The layer of each drone of a group over its start, from the lowest on: those too near to
+    /// fly beside one another are in different ones (D. Brélaz, "New methods to color the vertices
+    /// of a graph", Communications of the ACM 22, 1979), and more drones fly lower.
+    fn layers(&self, formation: &Formation, group: &[usize]) -> Vec<usize> {
+        let count = group.len();
+        if formation.layer_m.is_none() {
+            return vec![0; count];
+        }
+        let start_m = |index: usize| self.with_tasks.drones[group[index]].start_m.value;
+        let pairs = (0..count).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let are_near = |&(a, b): &(usize, usize)| {
+            let needs_m = self.apart_m([group[a], group[b]]);
+            (start_m(a) - start_m(b)).xy().norm() < needs_m.unwrap_or_default()
+        };
+        let mut near = UnGraph::<(), ()>::with_capacity(count, 0);
+        let nodes: Vec<NodeIndex> = (0..count).map(|_| near.add_node(())).collect();
+        for (a, b) in pairs.filter(are_near) {
+            near.add_edge(nodes[a], nodes[b], ());
+        }
+        let (colours, number) = dsatur_coloring(&near);
+        let colour_of: Vec<usize> = nodes.iter().map(|node| colours[node]).collect();
+        let mut by_size: Vec<usize> = (0..number).collect();
+        by_size.sort_by_key(|colour| {
+            let same = colour_of.iter().filter(|it| *it == colour);
+            Reverse(same.count())
+        });
+        let layer_of = |colour: &usize| by_size.iter().position(|it| it == colour);
+        let layers = colour_of.iter().filter_map(layer_of);
+        layers.collect()
+    }
+
+    /// How far apart the centres of two drones that fly are (m); `None` where an airframe is not
+    /// in order.
+    fn apart_m(&self, pair: [usize; 2]) -> Option<f64> {
+        let [a, b] = pair.map(|drone| self.members[drone].vehicle.as_ref());
+        let planning = &self.with_tasks.planning;
+        let kept = Planning {
+            clearance_m: planning.clearance_m,
+            margins: Margins {
+                time_s: planning.time_margin_s,
+                tracking_m: planning.tracking_m,
+            },
+            ..Planning::default()
+        };
+        Some(a?.body_radius_m + b?.body_radius_m + kept.gap_to_bodies_m(2))
     }
 
     /// Notes places out of bounds: each that is listed, those of a shape together.
@@ -308,30 +370,21 @@ impl Assignment {
         }
     }
 
-    /// Notes the nearest two places, where no two bodies of the group fit beside one another.
+    /// Notes the nearest two places, where no two bodies of the group fit beside one another; of
+    /// `home_m` where drones are to be there together.
     fn are_apart(&mut self, formation: &Formation, group: &[usize], places: &[Place], who: &str) {
-        let vehicles = group
-            .iter()
-            .map(|&drone| self.members[drone].vehicle.as_ref());
-        let radii_m = vehicles.flatten().map(|vehicle| vehicle.body_radius_m);
-        let radius_m = radii_m.fold(f64::INFINITY, f64::min);
-        if formation.home_m.is_some() || !radius_m.is_finite() {
+        let is_together = formation.during_s.is_some() || formation.layer_m.is_some();
+        if formation.home_m.is_some() && !is_together {
             return;
         }
-        let planning = &self.with_tasks.planning;
-        let kept = Planning {
-            clearance_m: planning.clearance_m,
-            margins: Margins {
-                time_s: planning.time_margin_s,
-                tracking_m: planning.tracking_m,
-            },
-            ..Planning::default()
-        };
-        let needs_m = 2.0 * radius_m + kept.gap_to_bodies_m(2);
+        // Who takes which place is not known: each could be of the smallest drone.
+        let needs_m = group.iter().filter_map(|&drone| self.apart_m([drone; 2]));
+        let needs_m = needs_m.fold(f64::INFINITY, f64::min);
         let pairs = (1..places.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
         let apart_m = |(a, b): (usize, usize)| (places[a].value - places[b].value).norm();
         let nearest = pairs.min_by(|a, b| apart_m(*a).total_cmp(&apart_m(*b)));
-        let Some(pair) = nearest.filter(|pair| apart_m(*pair) < needs_m) else {
+        let is_near = |pair: &(usize, usize)| needs_m.is_finite() && apart_m(*pair) < needs_m;
+        let Some(pair) = nearest.filter(is_near) else {
             return;
         };
         let message = format!("places of {who} are too near to one another");
@@ -339,9 +392,19 @@ impl Assignment {
             "{:.2} m from another, at least {needs_m:.2} m",
             apart_m(pair)
         );
-        let problem = Problem::at(&places[pair.1].at, message).label(label);
+        let (at, help) = match (&formation.home_m, &formation.layer_m) {
+            (Some(_), Some(layer_m)) => (&layer_m.at, "layers farther from one another"),
+            (Some(_), None) => (
+                &places[pair.1].at,
+                "`layer_m` lets neighbours hover one above the other's height",
+            ),
+            _ => (
+                &places[pair.1].at,
+                "two bodies, the clearance and both tracking margins",
+            ),
+        };
         self.problems
-            .push(problem.help("two bodies, the clearance and both tracking margins"));
+            .push(Problem::at(at, message).label(label).help(help));
     }
 
     /// What each drone of a group costs at each place (ms).

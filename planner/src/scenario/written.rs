@@ -364,6 +364,14 @@ pub(super) struct Formation {
     /// Each drone goes to so far above its own start (m).
     #[schemars(with = "Option<f64>", range(min = SIZE_M.low, max = SIZE_M.high))]
     pub(super) home_m: Option<At<f64>>,
+    /// Of `home_m`: drones whose starts are too near to fly beside one another hover in layers so
+    /// far above one another, as few as keep them apart (m).
+    #[schemars(
+        with = "Option<f64>",
+        range(min = SIZE_M.low, max = SIZE_M.high),
+        extend("default" = "one layer")
+    )]
+    pub(super) layer_m: Option<At<f64>>,
     /// How long each drone hovers there (s).
     #[schemars(default, range(min = DWELL_S.low, max = DWELL_S.high))]
     pub(super) dwell_s: f64,
