@@ -20,7 +20,7 @@ pub(crate) use backwards::Backwards;
 use backwards::Lead;
 pub(crate) use floor::Floor;
 use mover::diagonals_first;
-pub(crate) use mover::{LIFT_M, LIFT_MPS, Mover, Speeds, UNREACHABLE};
+pub(crate) use mover::{Mover, Speeds, UNREACHABLE};
 
 /// Ticks from anywhere to one goal for one drone with no other drone there.
 #[derive(Debug)]

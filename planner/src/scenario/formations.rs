@@ -25,7 +25,7 @@ use super::limits::{DWELL_S, SIZE_M};
 use super::problem::{Problem, did_you_mean, nearest};
 use super::read::during;
 use super::source::Value;
-use super::world::{Planning, Vehicle};
+use super::world::{AtEnd, Planning, Vehicle};
 use super::written::{At, Bounds, Drone, Formation, Place, Round, Task, Written};
 use crate::plan::Margins;
 
@@ -130,7 +130,8 @@ pub(super) fn assigned(written: &Written) -> (Cow<'_, Written>, Vec<Problem>) {
         problems: Vec::new(),
     };
     for (index, formation) in written.formations.iter().enumerate() {
-        assignment.add(formation, &format!("formation {}", index + 1));
+        let later = &written.formations[index + 1..];
+        assignment.add(formation, later, &format!("formation {}", index + 1));
     }
     (Cow::Owned(assignment.with_tasks), assignment.problems)
 }
@@ -191,8 +192,8 @@ struct Assignment {
 }
 
 impl Assignment {
-    /// Gives the places of a formation that messages call `who`.
-    fn add(&mut self, formation: &Formation, who: &str) {
+    /// Gives the places of a formation that messages call `who`, and that these come after.
+    fn add(&mut self, formation: &Formation, later: &[Formation], who: &str) {
         let before = self.problems.len();
         let group = self.group(formation, who);
         if group.len() > MOST_ASSIGNED {
@@ -202,7 +203,8 @@ impl Assignment {
             self.problems.push(problem);
             return;
         }
-        let places = self.places(formation, &group);
+        let layers = self.layers(formation, &group);
+        let places = self.places(formation, &group, &layers);
         if places.len() != group.len() {
             let at = formation.to_m.as_ref().map_or(&formation.at, |it| &it.at);
             // Names that are not known have been told.
@@ -224,12 +226,19 @@ impl Assignment {
             None => least_cost(&self.costs_ms(formation, &group, &places)),
         };
         self.are_in_time(formation, (&group, &taken), &places, who);
-        for (&drone, place) in group.iter().zip(taken) {
+        let after_s = self.landing_s(&group, &places, &layers);
+        for ((&drone, place), layer) in group.iter().zip(taken).zip(layers) {
+            let mut during_s = formation.during_s.clone();
+            if self.lands_from_here(drone, later) {
+                // Layers land one after another, the lowest first.
+                let lower_s: f64 = after_s[..layer].iter().sum();
+                during_s.iter_mut().for_each(|it| it.value[1] += lower_s);
+            }
             let task = Task {
                 to_m: places[place].clone(),
                 dwell_s: formation.dwell_s,
                 load_kg: None,
-                during_s: formation.during_s.clone(),
+                during_s,
             };
             self.members[drone].goes(&task);
             self.with_tasks.drones[drone].tasks.push(task);
@@ -264,7 +273,7 @@ impl Assignment {
     }
 
     /// The places of a formation, in its order (m).
-    fn places(&self, formation: &Formation, group: &[usize]) -> Vec<Place> {
+    fn places(&self, formation: &Formation, group: &[usize], layers: &[usize]) -> Vec<Place> {
         if let Some(listed) = &formation.to_m {
             return listed.value.clone();
         }
@@ -291,15 +300,37 @@ impl Assignment {
             });
         }
         let home = formation.home_m.iter();
-        let layer = self.layers(formation, group);
         let layer_m = formation.layer_m.as_ref().map_or(0.0, |it| it.value);
         home.flat_map(|At { value, at }| {
             places(at, &|index| {
                 let start_m = self.with_tasks.drones[group[index]].start_m.value;
-                start_m + Vector3::z() * (*value + layer[index] as f64 * layer_m)
+                start_m + Vector3::z() * (*value + layers[index] as f64 * layer_m)
             })
         })
         .collect()
+    }
+
+    /// How long the drones of each layer take to land from their places, down to the floor (s).
+    fn landing_s(&self, group: &[usize], places: &[Place], layers: &[usize]) -> Vec<f64> {
+        let floor_z_m = self.with_tasks.bounds_m.min.value.z;
+        let mut takes_s = vec![0.0; layers.iter().max().map_or(0, |top| top + 1)];
+        for ((&drone, place), &layer) in group.iter().zip(places).zip(layers) {
+            if let Some(vehicle) = &self.members[drone].vehicle {
+                let own_s = vehicle.landing_s(place.value.z - floor_z_m);
+                takes_s[layer] = own_s.max(takes_s[layer]);
+            }
+        }
+        takes_s
+    }
+
+    /// Whether a drone lands after a formation that these come after.
+    fn lands_from_here(&self, drone: usize, later: &[Formation]) -> bool {
+        let drone = &self.with_tasks.drones[drone];
+        let is_in = |formation: &Formation| {
+            let names = formation.drones.as_ref();
+            names.is_none_or(|all| all.iter().any(|name| name.value == drone.name))
+        };
+        drone.at_end == AtEnd::Land && !later.iter().any(is_in)
     }
 
     /// The layer of each drone of a group over its start, from the lowest on: those too near to
@@ -627,6 +658,58 @@ mod tests {
         let heavy_at_m = |dwell_s: f64| world(&starts, &column(dwell_s)).drones[0].tasks[0].to_m.z;
         assert_eq!(heavy_at_m(0.0), 16.0);
         assert_eq!(heavy_at_m(60.0), 4.0);
+    }
+
+    /// Crazyflies on a square of this side, 0.3 m from one another, where 0.34 m would do.
+    fn packed(side: usize, formations: &str) -> World {
+        let drones: Vec<String> = (0..side * side)
+            .map(|k| {
+                let [x, y] = [k % side, k / side].map(|it| 4.0 + 0.3 * it as f64);
+                format!(
+                    r#"(name: "k{k}", airframe: "crazyflie-2.1", start_m: ({x}, {y}, 0.07),
+                        at_start: Landed, at_end: Land)"#
+                )
+            })
+            .collect();
+        let text = format!(
+            r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)), drones: [{}],
+                formations: [{formations}], planning: (air_limit: 0.6))"#,
+            drones.join(", ")
+        );
+        read_world(&text).expect("in order")
+    }
+
+    #[test]
+    fn neighbours_hover_in_two_layers_and_the_upper_one_lands_once_the_lower_has() {
+        let world = packed(3, "(home_m: 1, layer_m: 0.5, during_s: (7, 8))");
+        let task = |k: usize| &world.drones[k].tasks[0];
+        let heights_m = (0..9).map(|k| task(k).to_m.z - 0.07);
+        let heights_m: Vec<f64> = heights_m.map(|it| (it * 1e3).round() / 1e3).collect();
+        // Five of nine are not beside one another.
+        assert_eq!(heights_m, [1.0, 1.5, 1.0, 1.5, 1.0, 1.5, 1.0, 1.5, 1.0]);
+        let landing_s = world.drones[0].vehicle.landing_s(1.07);
+        assert!(landing_s > 1.0, "{landing_s}");
+        assert_eq!(task(0).during_s, Some([7.0, 8.0]));
+        assert_eq!(task(1).during_s, Some([7.0, 8.0 + landing_s]));
+        // What comes later is no landing.
+        let show = "(home_m: 1, layer_m: 0.5, during_s: (7, 8)), (home_m: 0.5)";
+        assert_eq!(
+            packed(3, show).drones[1].tasks[0].during_s,
+            Some([7.0, 8.0])
+        );
+    }
+
+    #[test]
+    fn a_packed_square_takes_off_and_lands_in_layers_as_it_is_asked_to() {
+        let world = packed(3, "(home_m: 1, layer_m: 0.5, during_s: (7, 8))");
+        let outcome = crate::plan_world(&world, &crate::Control::QUIET).expect("in order");
+        let planned = outcome.into_planned().expect("a plan");
+        assert!(planned.plan.unplanned.is_empty() && planned.plan.violations.is_empty());
+        assert!(planned.plan.air_delay.is_some(), "wakes take their time");
+        for (drone, asked) in planned.plan.drones.iter().zip(&world.drones) {
+            let at_m = drone.trajectory.position_m(7.5).expect("it is there");
+            assert!((at_m - asked.tasks[0].to_m).norm() < 1e-6, "{}", drone.name);
+        }
     }
 
     #[test]

@@ -16,6 +16,13 @@ use crate::plan::{
 
 pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
 
+/// Highest vertical speed next to where a drone stands (m/s): chosen here, the landing speed that
+/// autopilots ship with lies between 0.5 and 0.7 (PX4 MPC_LAND_SPEED, ArduPilot LAND_SPEED).
+pub(crate) const LIFT_MPS: f64 = 0.5;
+/// Length of that part of a take-off or landing beyond the body radius (m): chosen here, rotors
+/// feel the ground up to about a diameter above it.
+pub(crate) const LIFT_M: f64 = 0.5;
+
 /// A place, a fleet and its tasks: the question that a plan answers.
 #[derive(Clone, Debug)]
 pub struct World {
@@ -78,6 +85,13 @@ const TIME_MARGIN_S: f64 = 0.1;
 /// indoors under motion capture or ultra-wideband.
 const TRACKING_M: f64 = 0.1;
 impl Vehicle {
+    /// How long it takes at least to come down so far onto what it lands on (s).
+    pub(crate) fn landing_s(&self, height_m: f64) -> f64 {
+        let low_m = height_m.min(self.body_radius_m + LIFT_M);
+        let descent_mps = self.max_descent_mps.min(self.max_speed_mps);
+        low_m / LIFT_MPS.min(descent_mps) + (height_m - low_m) / descent_mps
+    }
+
     /// An airframe at a highest speed (m/s) in air of a density (kg/m³), with the limits of one
     /// that states none: a body to the rotor tips, climb at full speed, descent at no more than
     /// two fifths of its induced velocity, acceleration and jerk by its size.

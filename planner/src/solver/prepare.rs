@@ -13,14 +13,16 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
-use crate::graph::distances::{Distances, LIFT_M, LIFT_MPS, Mover, Speeds, UNREACHABLE};
+use crate::graph::distances::{Distances, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::passage::{Passage, passage};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
 use crate::graph::turns::{Smoothing, lift_beyond_m, swerve_m};
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{AtEnd, AtStart, Drone, PathMotion, Task, Vehicle, World};
+use crate::scenario::world::{
+    AtEnd, AtStart, Drone, LIFT_M, LIFT_MPS, PathMotion, Task, Vehicle, World,
+};
 use crate::solver::outlines::top;
 
 /// For how many drones without a path on the lattice one is looked for beyond it: chosen here.

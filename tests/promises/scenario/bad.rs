@@ -308,6 +308,13 @@ fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
                 ),
             ),
             (
+                "drones too near to be over home together, layers too near, layers of no home",
+                with(
+                    "  formations: [(home_m: 1, during_s: (5, 6)), (home_m: 1, layer_m: 0.1), (to_m: [(2, 5, 2), (4, 5, 2)], layer_m: 1)],\n",
+                    "    (name: \"k1\", airframe: \"kolibri\", start_m: (2, 1, 0.096), at_start: Landed),\n    (name: \"k2\", airframe: \"kolibri\", start_m: (2.3, 1, 0.096), at_start: Landed),\n",
+                ),
+            ),
+            (
                 "a time that cannot be flown",
                 show(&format!(
                     "({three}, during_s: (1, 5)), (home_m: 1, during_s: (5.5, 6))"

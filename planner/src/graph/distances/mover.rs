@@ -4,17 +4,10 @@ use costmap::leg::Tick;
 
 use crate::graph::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Edge, Roadmap, Vertex};
-use crate::scenario::world::Vehicle;
+use crate::scenario::world::{LIFT_MPS, Vehicle};
 
 /// No path at all.
 pub(crate) const UNREACHABLE: u32 = u32::MAX;
-
-/// Highest vertical speed next to where a drone stands (m/s): chosen here, the landing speed that
-/// autopilots ship with lies between 0.5 and 0.7 (PX4 MPC_LAND_SPEED, ArduPilot LAND_SPEED).
-pub(crate) const LIFT_MPS: f64 = 0.5;
-/// Length of that part of a take-off or landing beyond the body radius (m): chosen here, rotors
-/// feel the ground up to about a diameter above it.
-pub(crate) const LIFT_M: f64 = 0.5;
 
 /// How fast a drone flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
