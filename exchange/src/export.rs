@@ -1,6 +1,7 @@
 //! One plan in one format: written, read back, measured.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 use planner::Plan;
@@ -21,6 +22,9 @@ use crate::write::{compressed, crazyswarm, czml, mcap, setpoints, skyb, skyc};
 /// A file may be off the plan by its `tracking_m`, or by this where it keeps less (m): chosen here,
 /// what a path at 2 m/s cuts a corner by at 20 setpoints a second, and as much again.
 const LEAST_TOLERANCE_M: f64 = 0.05;
+
+/// Setpoints a second: chosen here, from what holds a straight path to what a log takes.
+pub const RATES_HZ: RangeInclusive<f64> = 2.0..=1000.0;
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -79,7 +83,7 @@ pub struct Options {
     pub georeference: Option<Georeference>,
     /// Of setpoints.
     pub axes: Axes,
-    /// Of setpoints (1/s), positive.
+    /// Of setpoints (1/s), within [`RATES_HZ`].
     pub rate_hz: f64,
     /// Setpoints count from each drone's own start.
     pub own_origin: bool,

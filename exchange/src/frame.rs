@@ -105,6 +105,31 @@ const WGS84_MAJOR_M: f64 = 6_378_137.0;
 const WGS84_FLATTENING: f64 = 1.0 / 298.257_223_563;
 
 impl Georeference {
+    /// From latitude, longitude (deg), altitude (m) and heading (deg), in this order.
+    ///
+    /// # Errors
+    ///
+    /// What lies outside its range; near the poles east has no meaning.
+    pub fn new(numbers: [f64; 4]) -> Result<Georeference, String> {
+        for (what, value, low, high) in [
+            ("the latitude", numbers[0], -85.0, 85.0),
+            ("the longitude", numbers[1], -180.0, 180.0),
+            ("the altitude", numbers[2], -500.0, 9000.0),
+            ("the heading", numbers[3], -360.0, 360.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(format!("{what} must lie within {low} to {high}"));
+            }
+        }
+        let [latitude_deg, longitude_deg, altitude_m, heading_deg] = numbers;
+        Ok(Georeference {
+            latitude_deg,
+            longitude_deg,
+            altitude_m,
+            heading_deg,
+        })
+    }
+
     /// Radii of curvature at the origin's height: along the meridian, and across it (m).
     fn radii_m(&self) -> (f64, f64) {
         let e2 = WGS84_FLATTENING * (2.0 - WGS84_FLATTENING);

@@ -23,5 +23,5 @@ pub mod read;
 pub mod untimed;
 pub mod write;
 
-pub use export::{Export, ExportError, File, Manifest, Options, Refusal, Target, export};
+pub use export::{Export, ExportError, File, Manifest, Options, RATES_HZ, Refusal, Target, export};
 pub use import::{Show, ShowError, read_show};

@@ -1,6 +1,4 @@
-"""A show planned, checked, flown in the simulation, and handed on as setpoints."""
-
-import csv
+"""A show planned, checked, flown in the simulation, and exported for Crazyflies and Skybrush."""
 
 import leeward
 
@@ -41,10 +39,8 @@ for flight in flown.flights:
         f" {worst['name']} up to {worst['tracking_max_m']:.3f} m off"
     )
 
-t_s, position_m = plan.samples(dt_s=0.1)
-with open("ring.csv", "w", newline="") as file:
-    rows = csv.writer(file)
-    rows.writerow(["t_s", "drone", "x_m", "y_m", "z_m"])
-    for name, path_m in zip(plan.names, position_m):
-        rows.writerows([f"{t:.1f}", name, *place] for t, place in zip(t_s, path_m))
-print(f"wrote ring.json and ring.csv, {t_s.size} moments of {len(plan)} drones")
+for to in ["crazyswarm", "skybrush"]:
+    made = plan.export(to, f"ring-{to}", compressed=True)
+    print(f"{to}: {len(made.files)} files, {1e3 * made.deviation_m:.1f} mm off the plan at most")
+    for lost in made.lost:
+        print(f"  {lost}")

@@ -5,6 +5,7 @@
 //! exceptions, whose fields say what is wrong and where. Then one file a subject.
 
 mod air;
+mod exports;
 mod fleet;
 mod recordings;
 mod refused;
@@ -33,6 +34,7 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fleet::plan, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::check, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::fly, module)?)?;
+    module.add_function(wrap_pyfunction!(exports::export, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::log_name, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::diagnose, module)?)?;

@@ -1,6 +1,7 @@
 """The package as a user has it: what it answers, what it refuses, and how."""
 
 import doctest
+import hashlib
 import json
 import os
 import re
@@ -200,6 +201,54 @@ def test_a_plan_is_flown(warehouse):
     assert again.data == flown.data
     with pytest.raises(ValueError, match="px4"):
         leeward.fly(warehouse, controllers=["px5"])
+
+
+def test_a_plan_is_exported_to_every_format(warehouse, tmp_path):
+    at = (47.4, 8.55, 488.0, 30.0)
+    warehouse.save(tmp_path / "plan.json")
+    saved = hashlib.sha256((tmp_path / "plan.json").read_bytes()).hexdigest()[:16]
+    for to, suffix in [
+        ("setpoints", ".csv"),
+        ("crazyswarm", ".cfpoly"),
+        ("skybrush", ".skyc"),
+        ("mcap", ".mcap"),
+        ("czml", ".czml"),
+        ("qgc", ".plan"),
+    ]:
+        found = warehouse.export(
+            to, tmp_path / to, georeference=at, compressed=True, untimed_ok=True
+        )
+        written = json.loads((tmp_path / to / "export.json").read_text())
+        assert written == found.data and written["to"] == to
+        assert written["plan"]["id"] == saved, "as `plan export` names the saved file"
+        assert all(it.stat().st_size > 0 for it in found.files)
+        assert any(it.suffix == suffix for it in found.files)
+        assert 0.0 <= found.deviation_m < 0.1
+
+
+def test_exports_are_refused_with_the_reason_and_replace_what_was_there(warehouse, tmp_path):
+    for to, more, told in [
+        ("kml", {}, "there is no format"),
+        ("czml", {}, "lies on the Earth"),
+        ("setpoints", {"frame": "enu "}, "ned or enu"),
+        ("setpoints", {"rate_hz": 0.5}, "within 2 to 1000"),
+        ("czml", {"georeference": (91, 0, 0, 0)}, "latitude must lie within"),
+    ]:
+        with pytest.raises(ValueError, match=told):
+            warehouse.export(to, tmp_path / "none", **more)
+    with pytest.raises(leeward.PlanError, match="untimed_ok=True"):
+        warehouse.export("qgc", tmp_path / "none", georeference=(47, 8, 400, 0))
+    assert not (tmp_path / "none").exists()
+    data = json.loads(json.dumps(warehouse.data))
+    for drone in data["drones"]:
+        drone["trajectory"]["position_m"] = [[x, y, -z] for x, y, z in drone["trajectory"]["position_m"]]
+    (tmp_path / "below.json").write_text(json.dumps(data))
+    with pytest.raises(leeward.PlanError, match="violations"):
+        leeward.Plan.load(tmp_path / "below.json").export("mcap", tmp_path / "none")
+    first = warehouse.export("mcap", tmp_path / "out")
+    second = warehouse.export("setpoints", tmp_path / "out", frame="enu", own_origin=True)
+    assert not any(it.exists() for it in first.files) and all(it.exists() for it in second.files)
+    assert second.data["axes"]["frame"] == "enu" and second.lost
 
 
 def test_a_plan_is_changed_while_it_is_flown(warehouse):

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use exchange::frame::{Axes, Georeference};
-use exchange::{ExportError, Manifest, Options, Refusal, Target, export};
+use exchange::{ExportError, Manifest, Options, RATES_HZ, Refusal, Target, export};
 use planner::verify::examination::examine;
 use serde::Serialize;
 use serde_json::json;
@@ -213,7 +213,7 @@ fn text(manifest: &Manifest, files: usize) -> String {
 
 fn rate(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match (2.0..=1000.0).contains(&value) {
+    match RATES_HZ.contains(&value) {
         true => Ok(value),
         false => Err("must lie within 2 to 1000".to_owned()),
     }
@@ -224,20 +224,5 @@ fn georeference(text: &str) -> Result<Georeference, String> {
     let Ok(&[latitude_deg, longitude_deg, altitude_m, heading_deg]) = values.as_deref() else {
         return Err("four numbers are asked for: LAT,LON,AMSL,HEADING".to_owned());
     };
-    for (what, value, low, high) in [
-        ("the latitude", latitude_deg, -85.0, 85.0),
-        ("the longitude", longitude_deg, -180.0, 180.0),
-        ("the altitude", altitude_m, -500.0, 9000.0),
-        ("the heading", heading_deg, -360.0, 360.0),
-    ] {
-        if !(low..=high).contains(&value) {
-            return Err(format!("{what} must lie within {low} to {high}"));
-        }
-    }
-    Ok(Georeference {
-        latitude_deg,
-        longitude_deg,
-        altitude_m,
-        heading_deg,
-    })
+    Georeference::new([latitude_deg, longitude_deg, altitude_m, heading_deg])
 }

@@ -718,6 +718,7 @@ window.leeward = {
   air: name => airAt(data.drones.find(it => it.name === name), now),
   drones: () => data.drones.map(it => it.name),
   end: () => end,
+  now: () => now,
   render: () => ({ calls: renderer.info.render.calls, triangles: renderer.info.render.triangles }),
   // Different colours in the middle of the picture.
   colours: () => {

@@ -38,6 +38,13 @@ const LOOK: &str = r"<script>
 document.addEventListener('securitypolicyviolation', () => { document.documentElement.dataset.refused = 'yes'; });
 setTimeout(() => {
   const seen = document.documentElement.dataset, page = window.leeward;
+  if (!page) return;
+  seen.linked = JSON.stringify([page.now(), page.chosen()]);
+  seen.keys = JSON.stringify(['Escape', 'j', 'k', 'End', 'ArrowLeft', 'Home', 'ArrowRight', '.', ' ', ' '].map(key => {
+    document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
+    return [Math.round(1e4 * page.now()) / 1e4, page.chosen(), document.getElementById('play').textContent];
+  }));
+  seen.address = decodeURIComponent(location.hash);
   page.seek(MOMENT);
   seen.positions = JSON.stringify(page.drones().map(name => page.position(name)));
   seen.colours = page.colours();
@@ -74,7 +81,7 @@ fn browse(folder: &Path, moment_s: f64, name: &str) -> Option<String> {
             ))
             .arg("--dump-dom")
             .arg(format!(
-                "file://{}",
+                "file://{}#t=3.25&drone={name}",
                 folder.join("looked-at.html").display()
             ))
             .output()
@@ -112,6 +119,9 @@ fn the_page_opens_offline_a_click_picks_and_a_seek_moves_to_what_the_plan_says()
         assert_eq!((seen(&dom, "error"), seen(&dom, "refused")), (None, None));
         assert_eq!(seen(&dom, "loaded"), Some("0"), "nothing is loaded");
         assert_eq!(seen(&dom, "picked"), Some(&picked[..]));
+        let linked: (f64, String) = serde_json::from_str(&unescaped(seen(&dom, "linked"))).unwrap();
+        assert_eq!(linked, (3.25, picked.clone()), "the address says so");
+        keys_do_what_they_say(&dom, &plan);
         let said = seen(&dom, "said").unwrap();
         assert!(
             said.contains("altitude") && said.contains("may be late"),
@@ -128,6 +138,38 @@ fn the_page_opens_offline_a_click_picks_and_a_seek_moves_to_what_the_plan_says()
             assert!(off_m < 1e-3, "{}: {off_m} m", drone.name);
         }
     }
+}
+
+/// An attribute's text as it was written.
+fn unescaped(attribute: Option<&str>) -> String {
+    attribute.unwrap().replace("&quot;", "\"")
+}
+
+/// After each key the time, who is chosen and what the button says, in order of [`LOOK`].
+fn keys_do_what_they_say(dom: &str, plan: &Plan) {
+    type After = (f64, Option<String>, String);
+    let after: Vec<After> = serde_json::from_str(&unescaped(seen(dom, "keys"))).unwrap();
+    let name = |k: usize| Some(plan.drones[k].name.clone());
+    let chosen: Vec<_> = after.iter().map(|it| it.1.clone()).collect();
+    let last = name(plan.drones.len() - 1);
+    assert_eq!(chosen[..3], [None, name(0), last.clone()]);
+    assert!(chosen[3..].iter().all(|it| *it == last));
+    let end_s = after[3].0;
+    let ends_s = plan.drones.iter().map(|it| it.trajectory.t_s.last());
+    let last_s = ends_s.flatten().copied().fold(0.0, f64::max);
+    assert!(end_s >= last_s - 1e-3, "{end_s} of {last_s}");
+    let at_s: Vec<f64> = after.iter().map(|it| it.0).collect();
+    assert!((at_s[4] - (end_s - 1.0)).abs() < 1e-3, "{at_s:?}");
+    assert_eq!(at_s[5..7], [0.0, 1.0]);
+    assert!(at_s[7] > 1.0 && at_s[7] < 2.0, "one sample on: {at_s:?}");
+    let says: Vec<&str> = after.iter().map(|it| &it.2[..]).collect();
+    assert_eq!(says[7..], ["play", "pause", "play"]);
+    let address = unescaped(seen(dom, "address")).replace("&amp;", "&");
+    let here = format!("#t=1.1&drone={}", last.unwrap());
+    assert!(
+        address.starts_with("#t=1.") && address.ends_with(&here[6..]),
+        "{address}"
+    );
 }
 
 #[test]

@@ -29,7 +29,7 @@ from ._errors import (
     ScenarioError,
 )
 from ._leeward import __version__
-from ._plans import Check, DronePlan, Flown, Plan, Violation, check, fly, plan
+from ._plans import Check, DronePlan, Export, Flown, Plan, Violation, check, fly, plan
 from ._recordings import (
     Calibration,
     Diagnosis,
@@ -52,6 +52,7 @@ __all__ = [
     "Conflict",
     "Diagnosis",
     "DronePlan",
+    "Export",
     "Flown",
     "Late",
     "LeewardError",

@@ -19,6 +19,7 @@ __all__ = [
     "check",
     "diagnose",
     "diagnose_flights",
+    "export",
     "fly",
     "log_name",
     "plan",
@@ -107,6 +108,13 @@ def fly(
     air: tuple[float | None, bool, int],
     until_s: float | None,
 ) -> str: ...
+def export(
+    text: str,
+    to: tuple[str, str],
+    georeference: tuple[float, float, float, float] | None,
+    setpoints: tuple[str, float, bool],
+    only: tuple[bool, bool],
+) -> tuple[str, list[tuple[str, bytes]]]: ...
 def log_name(file: str, head: bytes) -> str | None: ...
 def simulate(recording: Recording) -> tuple[dict[str, Any], list[str]]: ...
 def diagnose(recording: Recording, channel: str | None) -> tuple[str, str]: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import json
 import os
@@ -108,7 +109,54 @@ class Plan:
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes it as a plan.json."""
-        Path(path).write_text(self._plan.json() + "\n", encoding="utf-8")
+        Path(path).write_text(self._text(), encoding="utf-8")
+
+    def _text(self) -> str:
+        return self._plan.json() + "\n"
+
+    def export(
+        self,
+        to: str,
+        folder: Union[str, os.PathLike[str]],
+        *,
+        georeference: tuple[float, float, float, float] | None = None,
+        frame: str = "ned",
+        rate_hz: float = 20.0,
+        own_origin: bool = False,
+        compressed: bool = False,
+        untimed_ok: bool = False,
+    ) -> Export:
+        """Writes it as other programs fly it, reads that back and measures it.
+
+        ``to``: ``setpoints``, ``crazyswarm``, ``skybrush``, ``mcap``, ``czml`` or ``qgc``
+        (docs/exchange.md). ``georeference``: latitude, longitude (deg), height above mean sea level
+        (m) of (0, 0, 0) and heading of +x (deg, clockwise from north); ``czml`` and ``qgc`` need
+        it. Of setpoints: ``frame`` (``ned`` or ``enu``), ``rate_hz``, and ``own_origin``: places
+        count from each drone's start. ``compressed``: of ``crazyswarm`` the compressed form alone.
+        ``untimed_ok``: ``qgc`` holds no times; write it all the same.
+
+        The folder is made, and files of an earlier export in it are replaced. Raises ``PlanError``
+        where the plan is not safe or a drone does not fit (``problems``: one for each); then
+        nothing is written.
+        """
+        text = self._text()
+        # The name that `plan export` gives the saved file.
+        plan_id = hashlib.sha256(text.encode()).hexdigest()[:16]
+        setpoints = (frame, float(rate_hz), own_origin)
+        only = (compressed, untimed_ok)
+        manifest, contents = _leeward.export(text, (to, plan_id), georeference, setpoints, only)
+        out = Path(folder)
+        out.mkdir(parents=True, exist_ok=True)
+        main = out / "export.json"
+        before = _files_of(json.loads(main.read_text("utf-8"))) if main.exists() else []
+        files = [out / name for name, _ in contents]
+        for path, (_, content) in zip(files, contents):
+            path.write_bytes(content)
+        main.write_text(manifest + "\n", encoding="utf-8")
+        for old in (out / name for name in before if Path(name).name == name):
+            if old not in files:
+                old.unlink(missing_ok=True)
+        return Export(data=json.loads(manifest), files=files)
 
     @property
     def status(self) -> str:
@@ -178,6 +226,31 @@ class Plan:
         caption = f"{len(self)} drones, {html.escape(self.status)}, {self.makespan_s:.1f} s"
         head = "<tr><th>drone</th><th>arrives (s)</th><th>worst air (m/s)</th></tr>"
         return f"<table><caption>{caption}</caption>{head}{rows}</table>{more}"
+
+
+@dataclass(frozen=True)
+class Export:
+    """A plan as other programs fly it: what export.json holds, and the files."""
+
+    data: dict[str, Any]
+    """All of it, as docs/exchange.md has it."""
+    files: list[Path]
+    """What was written beside export.json."""
+
+    @property
+    def deviation_m(self) -> float:
+        """How far the files, read back, are from the plan at most (m)."""
+        return float(self.data["deviation"]["largest_m"])
+
+    @property
+    def lost(self) -> list[str]:
+        """What the plan says and the files do not."""
+        return list(self.data["lost"])
+
+
+def _files_of(manifest: Mapping[str, Any]) -> list[str]:
+    of_drones = [name for drone in manifest.get("drones", []) for name in drone["files"]]
+    return of_drones + list(manifest.get("files_of_all", []))
 
 
 def plan(
