@@ -2,9 +2,9 @@
 
 usage: outside_readers.py PLAN_COMMAND SCENARIO.ron FOLDER
 
-Plans a scenario, exports it, and compares what `mcap`, `pymavlink` and `pyproj` read with the
-positions in plan.json. Prints a line for each format; ends with 1 where one is off. Needs
-mcap, jsonschema, pymavlink and pyproj, as `.ci/run` installs them.
+Plans a scenario, exports it, and compares what `mcap`, `pymavlink`, MAVSDK and `pyproj` read with
+the positions in plan.json. Prints a line for each format; ends with 1 where one is off. Needs
+mcap, jsonschema, mavsdk, pymavlink and pyproj, as `.ci/run` installs them.
 """
 
 import bisect
@@ -16,8 +16,12 @@ from pathlib import Path
 
 import jsonschema
 import pyproj
+from mavsdk.component_type import ComponentType
+from mavsdk.mavsdk import Configuration, Mavsdk
+from mavsdk.plugins.mission_raw.mission_raw import MissionRaw
 from mcap.reader import make_reader
 from pymavlink import mavwp
+from pymavlink.dialects.v20 import common
 
 # Latitude, longitude (deg), height (m), heading of +x (deg, clockwise from north).
 ORIGIN = (47.4, 8.55, 488.0, 30.0)
@@ -101,11 +105,20 @@ def read_czml(path, drones, earth):
 
 
 def near_path_m(place, drone):
+    """How far a place is from a path, straight between moments 20 ms from one another."""
     times = drone["trajectory"]["t_s"]
-    end_s = times[-1]
-    steps = max(int(end_s / 0.02), 1)
-    moments = [end_s * k / steps for k in range(steps + 1)] + times
-    return min(distance_m(place, position_m(drone, t_s)) for t_s in moments)
+    steps = max(int(times[-1] / 0.02), 1)
+    moments = sorted([times[-1] * k / steps for k in range(steps + 1)] + times)
+    path = [position_m(drone, t_s) for t_s in moments]
+    return min(to_segment_m(place, a, b) for a, b in zip(path, path[1:] or path))
+
+
+def to_segment_m(place, a, b):
+    along, to_place = [[q - p for p, q in zip(a, end)] for end in (b, place)]
+    length2 = sum(it * it for it in along)
+    part = sum(p * q for p, q in zip(along, to_place)) / length2 if length2 > 0 else 0.0
+    part = min(max(part, 0.0), 1.0)
+    return distance_m(place, [p + part * it for p, it in zip(a, along)])
 
 
 def read_waypoints(folder, drones, earth):
@@ -130,6 +143,36 @@ def read_waypoints(folder, drones, earth):
     return off_m, items
 
 
+def mission_reader():
+    """MAVSDK's reader of QGroundControl's plans, which asks for a vehicle: a heartbeat is one."""
+    station = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    station.add_any_connection("raw://")
+    beat = common.MAVLink_heartbeat_message(common.MAV_TYPE_QUADROTOR, common.MAV_AUTOPILOT_PX4, 0, 0, 0, 3)
+    station.pass_received_raw_bytes(bytes(beat.pack(common.MAVLink(None, srcSystem=1, srcComponent=1))))
+    vehicle = station.first_autopilot(10.0)
+    assert vehicle is not None, "MAVSDK knows no vehicle"
+    # The station lives as long as its reader.
+    return station, MissionRaw(vehicle)
+
+
+def read_missions(folder, drones, earth):
+    """Missions as MAVSDK would upload them: whole 1e-7 degrees, 11 mm, heights in f32."""
+    off_m, items = 0.0, 0
+    _station, reader = mission_reader()
+    for name, drone in drones.items():
+        path = folder / f"{name}.plan"
+        home_m = json.loads(path.read_text())["mission"]["plannedHomePosition"][2]
+        found = reader.import_qgroundcontrol_mission(str(path)).mission_items
+        assert [it.seq for it in found] == list(range(len(found))), name
+        assert found[0].command == 22, f"{name} does not take off first"
+        for item in found:
+            assert item.frame == 3 and item.command in (16, 21, 22), f"{name}: item {item.seq}"
+            place = earth.world_m(item.x * 1e-7, item.y * 1e-7, home_m + item.z)
+            off_m = max(off_m, near_path_m(place, drone))
+            items += 1
+    return off_m, items
+
+
 def main(command, scenario, out):
     out = Path(out)
     run = lambda *line: subprocess.run([command, *map(str, line)], check=True, stdout=subprocess.DEVNULL)
@@ -140,11 +183,12 @@ def main(command, scenario, out):
     for to, more in [("mcap", ()), ("czml", located), ("qgc", (*located, "--untimed-ok"))]:
         run("export", plan_json, "--to", to, *more, "--out", out / to)
     earth = Earth()
-    # The last digits of the files; waypoints with what lies between two looks at a path.
+    # The last digits of the files.
     found = [
         ("mcap", *read_mcap(out / "mcap" / "scene.mcap", drones), 1e-3),
         ("czml", *read_czml(out / "czml" / "plan.czml", drones, earth), 1e-3),
-        ("qgc", *read_waypoints(out / "qgc", drones, earth), 0.05),
+        ("qgc .waypoints", *read_waypoints(out / "qgc", drones, earth), 0.01),
+        ("qgc .plan", *read_missions(out / "qgc", drones, earth), 0.01),
     ]
     for name, off_m, samples, most_m in found:
         print(f"{name}: largest deviation {1e3 * off_m:.2f} mm over {samples} samples")
