@@ -55,6 +55,11 @@ def warehouse():
     return leeward.plan(WAREHOUSE)
 
 
+@pytest.fixture(scope="module")
+def two():
+    return leeward.plan(TWO)
+
+
 def test_the_air_is_the_jet_of_the_paper():
     mass_kg, diameter_m, l_m = 0.230, 0.0737, 0.118
     density = 101_325.0 * 0.028966 / (8.3144 * 288.15)
@@ -203,9 +208,9 @@ def test_a_plan_is_flown(warehouse):
         leeward.fly(warehouse, controllers=["px5"])
 
 
-def test_a_plan_is_exported_to_every_format(warehouse, tmp_path):
+def test_a_plan_is_exported_to_every_format(two, tmp_path):
     at = (47.4, 8.55, 488.0, 30.0)
-    warehouse.save(tmp_path / "plan.json")
+    two.save(tmp_path / "plan.json")
     saved = hashlib.sha256((tmp_path / "plan.json").read_bytes()).hexdigest()[:16]
     for to, suffix in [
         ("setpoints", ".csv"),
@@ -215,7 +220,7 @@ def test_a_plan_is_exported_to_every_format(warehouse, tmp_path):
         ("czml", ".czml"),
         ("qgc", ".plan"),
     ]:
-        found = warehouse.export(
+        found = two.export(
             to, tmp_path / to, georeference=at, compressed=True, untimed_ok=True
         )
         written = json.loads((tmp_path / to / "export.json").read_text())
@@ -226,7 +231,7 @@ def test_a_plan_is_exported_to_every_format(warehouse, tmp_path):
         assert 0.0 <= found.deviation_m < 0.1
 
 
-def test_exports_are_refused_with_the_reason_and_replace_what_was_there(warehouse, tmp_path):
+def test_exports_are_refused_with_the_reason_and_replace_what_was_there(two, tmp_path):
     for to, more, told in [
         ("kml", {}, "there is no format"),
         ("czml", {}, "lies on the Earth"),
@@ -235,18 +240,20 @@ def test_exports_are_refused_with_the_reason_and_replace_what_was_there(warehous
         ("czml", {"georeference": (91, 0, 0, 0)}, "latitude must lie within"),
     ]:
         with pytest.raises(ValueError, match=told):
-            warehouse.export(to, tmp_path / "none", **more)
+            two.export(to, tmp_path / "none", **more)
     with pytest.raises(leeward.PlanError, match="untimed_ok=True"):
-        warehouse.export("qgc", tmp_path / "none", georeference=(47, 8, 400, 0))
+        two.export("qgc", tmp_path / "none", georeference=(47, 8, 400, 0))
     assert not (tmp_path / "none").exists()
-    data = json.loads(json.dumps(warehouse.data))
-    for drone in data["drones"]:
-        drone["trajectory"]["position_m"] = [[x, y, -z] for x, y, z in drone["trajectory"]["position_m"]]
-    (tmp_path / "below.json").write_text(json.dumps(data))
+    data = json.loads(json.dumps(two.data))
+    # Through the roof.
+    path = data["drones"][1]["trajectory"]
+    path["position_m"] = [[x, y, z + 9] for x, y, z in path["position_m"]]
+    path["control_m"] = [[[x, y, z + 9] for x, y, z in it] for it in path["control_m"]]
+    (tmp_path / "above.json").write_text(json.dumps(data))
     with pytest.raises(leeward.PlanError, match="violations"):
-        leeward.Plan.load(tmp_path / "below.json").export("mcap", tmp_path / "none")
-    first = warehouse.export("mcap", tmp_path / "out")
-    second = warehouse.export("setpoints", tmp_path / "out", frame="enu", own_origin=True)
+        leeward.Plan.load(tmp_path / "above.json").export("mcap", tmp_path / "none")
+    first = two.export("mcap", tmp_path / "out")
+    second = two.export("setpoints", tmp_path / "out", frame="enu", own_origin=True)
     assert not any(it.exists() for it in first.files) and all(it.exists() for it in second.files)
     assert second.data["axes"]["frame"] == "enu" and second.lost
 
