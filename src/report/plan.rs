@@ -201,7 +201,8 @@ fn zones(plan: &Plan) -> Vec<String> {
 
 /// For whom and where drones wait most.
 fn waits(bottlenecks: &Bottlenecks) -> Option<String> {
-    if bottlenecks.waits_s < TELL_WAITS_FROM_S {
+    // Without a place drones only hold their goals until a time.
+    if bottlenecks.waits_s < TELL_WAITS_FROM_S || bottlenecks.places.is_empty() {
         return None;
     }
     let of = |drones: usize, waits_s: f64| {

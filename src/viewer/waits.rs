@@ -115,11 +115,9 @@ impl Waits {
             // A drone's waits as its plan counts them, over its stops by their length.
             let takes_s = |it: &Stop| it.until_s - it.from_s + STOPPING_S;
             let all_s: f64 = waits().map(takes_s).sum();
-            // What it stays at places that it holds until a time is no wait for room.
-            let waited_s = drone.waits_s.min(all_s);
-            found.waits_s += waited_s;
+            found.waits_s += drone.waits_s;
             for stop in waits() {
-                let waits_s = waited_s * takes_s(stop) / all_s;
+                let waits_s = drone.waits_s * takes_s(stop) / all_s;
                 if let Some(other) = stop.waits_for {
                     *drones.entry(other).or_default().entry(k).or_default() += waits_s;
                 }
