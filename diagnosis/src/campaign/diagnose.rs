@@ -229,7 +229,7 @@ pub fn diagnose_campaign(
     let alternatives = chosen.turns.iter().map(sensors_first);
     let effects = effects(&setting, best, alternatives);
     let of_rest = flexible(&setting, &best.fit);
-    let shape = outside(&setting, &chosen.selection, &test, &of_rest);
+    let shape = outside(&setting, &chosen.selection, &test, &of_rest, false);
     let recorded = forces.recorded();
     let rest = difference(&recorded, &simulated);
     let before = flexible(&setting, &chosen.selection.nothing.fit).gain;

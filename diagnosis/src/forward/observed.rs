@@ -8,7 +8,7 @@ use crate::record::recording::Recording;
 
 /// Names of the covariates with their units, and their letters in an expression, in the order of
 /// [`Observed::covariates`].
-pub const COVARIATES: [(&str, &str); 18] = [
+pub const COVARIATES: [(&str, &str); 20] = [
     ("s/l", "s"),
     ("r/l", "r"),
     ("xi", "xi"),
@@ -27,6 +27,8 @@ pub const COVARIATES: [(&str, &str); 18] = [
     ("sin az body", "sin_b"),
     ("x m", "x"),
     ("y m", "y"),
+    ("emitter x m", "x_e"),
+    ("emitter y m", "y_e"),
 ];
 
 /// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis
@@ -216,8 +218,8 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             let moment = emitter.track.moment(sample.t_s)?;
             let (_, _, yaw_rad) = emitter.track.attitude_at(moment).euler_angles();
             let velocity_mps = emitter.track.velocity_at(moment);
-            let z_m = emitter.track.position_at(moment).z;
-            Some(([z_m, velocity_mps.norm(), velocity_mps.z], yaw_rad))
+            let position_m = emitter.track.position_at(moment);
+            Some((position_m, velocity_mps, yaw_rad))
         });
         let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
         let height_m = sample.position_m.z - floor_m;
@@ -229,7 +231,7 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             emitter.airframe.motor_distance_m() * over_l
         });
         let placed = place.zip(state);
-        let body_rad = placed.map(|(place, (_, yaw_rad))| place.azimuth_rad - yaw_rad);
+        let body_rad = placed.map(|(place, (.., yaw_rad))| place.azimuth_rad - yaw_rad);
         let battery_v = match sample.channel {
             Channel::Throttle | Channel::Power => recording.receivers[sample.row].battery_v,
             _ => None,
@@ -239,7 +241,7 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
                 let (sin, cos) = place.azimuth_rad.sin_cos();
                 [place.s_over_l, place.r_over_l, place.xi, cos, sin]
             });
-        let [emitter_z_m, emitter_mps, climb_mps] = state.map_or([0.0; 3], |(state, _)| state);
+        let (emitter_m, emitter_mps, _) = state.unwrap_or_default();
         let row = [
             s_over_l,
             r_over_l,
@@ -249,9 +251,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             height_m,
             sample.t_s,
             sample.air_mps,
-            emitter_z_m,
-            emitter_mps,
-            climb_mps,
+            emitter_m.z,
+            emitter_mps.norm(),
+            emitter_mps.z,
             second_mps / first_mps.max(f64::MIN_POSITIVE),
             battery_v.unwrap_or(0.0),
             (height_m / half_width_m.unwrap_or(f64::INFINITY)).min(20.0),
@@ -259,6 +261,8 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             body_rad.map_or(0.0, f64::sin),
             sample.position_m.x,
             sample.position_m.y,
+            emitter_m.x,
+            emitter_m.y,
         ];
         for (column, value) in columns.iter_mut().zip(row) {
             column.push(value);

@@ -127,7 +127,8 @@ pub fn diagnose_channel(
         selection.withdraw();
     }
     let left = flexible(&setting, &selection.chosen.fit);
-    let shape = outside(&setting, &selection, &test, &left);
+    let is_of_probes = observed.channel == Channel::Speed;
+    let shape = outside(&setting, &selection, &test, &left, is_of_probes);
     let remains = remains(&observed, &noise, &left, shape.is_some());
     let chosen = &selection.chosen;
     let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);

@@ -1,11 +1,11 @@
 //! Whether something is there that the library does not hold, and its shape.
 //!
-//! The global lack-of-fit test says whether anything is there at all. Boosted trees over the
-//! covariates are the yardstick for what the library leaves: they know no physics and can predict
-//! whatever repeats. Where they gain much on blocks that neither has seen, something is missing
-//! that has no name here. Then its shape is told: the covariates that it depends on, a curve, the
-//! nearest library term, a short expression. The trees serve as correction inside what was sampled
-//! only.
+//! The global lack-of-fit test says whether anything is there at all. Then the library's best has
+//! to hold its own against explanations that know no physics: a curve of the reading, boosted trees
+//! over the covariates, stretches of time. Where one of them takes, on blocks that neither has
+//! seen, more than the laws that are named may be off, something is missing that has no name here,
+//! and its shape is told: the covariates that it depends on, a curve, the nearest library term, a
+//! short expression. What they predict serves as correction inside what was sampled only.
 
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
@@ -15,17 +15,21 @@ use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, Tried};
 use crate::statistics::bursts::bursts;
 use crate::statistics::column::{self, Column};
+use crate::statistics::curve;
 use crate::statistics::expression::{self, Coordinate};
-use crate::statistics::held_out::Gain;
+use crate::statistics::held_out::{Gain, log_densities};
 use crate::statistics::lack_of_fit::{Evidence, LackOfFit, Rhythm, Statistic, lack_of_fit};
 use crate::statistics::line::Line;
 use crate::statistics::quantile::{difference, quantile_edges};
 use crate::statistics::trees::{self, HeldOut};
 
-/// Part of all that could be gained that must be left for "outside the library", and how sure that
-/// must be: in standard errors, and in held-out log density. Chosen here: a third of what shows,
-/// and surer than a term of the library, for trees follow whatever repeats.
-const LEFT_SHARE: f64 = 0.35;
+/// What a law may be off from its mechanism, in parts of the effect, where it states less: as much
+/// as the laws in closed form of this library state, for the jet below every law is one of them.
+const LAW_ERROR: f64 = 0.1;
+/// Standard deviations of that which are no news: 95 % of a normal law.
+const CLOSURES: f64 = 2.0;
+/// How sure a gain of trees must be: in standard errors, as a term of the library, and in held-out
+/// log density. Chosen here: surer than a term, for trees follow whatever repeats.
 const LEAST_ERRORS: f64 = 2.5;
 const LEAST_GAIN: f64 = 10.0;
 /// A held-out gain from which a selection or a shape stands without the global test, and how many
@@ -45,6 +49,8 @@ const EACH_BURST_P: f64 = 0.05;
 const LEAST_TOLD: f64 = 0.2;
 /// Steps in time that the global test looks for.
 const STEPS: usize = 16;
+/// What a curve of the reading depends on.
+pub const EXPECTED_READING: &str = "expected reading m/s";
 /// Points of a curve.
 const CURVE_POINTS: usize = 24;
 
@@ -132,24 +138,37 @@ pub fn global_test(setting: &Setting, nothing: &Fit) -> LackOfFit {
 }
 
 /// What the chosen terms leave that something else would predict; `None`: nothing worth a name.
+///
+/// In this order: a curve of the reading alone (of probes, whose readings are the air's speed) that
+/// does better than the terms; trees that take more than the laws of the terms may be off; a
+/// pulsation; stretches of time that differ.
 #[must_use]
 pub fn outside(
     setting: &Setting,
     selection: &Selection,
     test: &LackOfFit,
     left: &HeldOut,
+    is_of_probes: bool,
 ) -> Option<Shape> {
     let chosen = &selection.chosen;
-    let library = chosen.gain.total.max(0.0);
-    let gain = &left.gain;
-    let enough = is_sure(gain);
     // Where something is named, that something is there is settled.
-    let stands = test.is_significant || is_beyond_doubt(gain) || !chosen.which.is_empty();
-    if enough && gain.total > LEFT_SHARE * (library + gain.total) && stands {
+    let stands = test.is_significant || is_beyond_doubt(&left.gain) || !chosen.which.is_empty();
+    if stands
+        && is_of_probes
+        && let Some(shape) = instrument(setting, selection)
+    {
+        return Some(shape);
+    }
+    let beyond = beyond_closure(setting, selection, &left.predictions);
+    if stands && beyond.total > LEAST_ERRORS * beyond.standard_error {
         return Some(shape(setting, selection, left));
     }
+    // Beside something that is named, stretches of time have to take more than it may be off; that
+    // they are no chance their own p-value says.
     if !chosen.which.is_empty() {
-        return None;
+        let fit = &chosen.fit;
+        return at_times(setting, fit)
+            .filter(|shape| beyond_closure(setting, selection, &shape.correction).total > 0.0);
     }
     let is_rhythm = test.statistic == Statistic::Rhythm;
     let line = test.line.filter(|line| is_rhythm && line.p < LINE_P);
@@ -166,6 +185,93 @@ pub fn outside(
         return None;
     }
     at_times(setting, &chosen.fit)
+}
+
+/// A curve of the expected reading that predicts more, held out, than the chosen terms do by more
+/// than its error: an instrument that fails in a form of its own. `None`: the terms do as well.
+fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
+    let noise = setting.noise;
+    let expected = &selection.nothing.fit.predicted;
+    let rest = setting.left(expected);
+    let found = curve::held_out(expected, &rest, noise)?;
+    let density = log_densities(&noise.whiten(&found.left));
+    let over = |other: &Tried| Gain::over(&noise.blocks, &density, &other.log_density);
+    let chosen = &selection.chosen;
+    if !is_sure(&over(chosen)) {
+        return None;
+    }
+    // One curve against one term, which may be off (gusts blur a ceiling): it has to take more than
+    // that. Against two terms it is the simpler explanation, and doing better is enough.
+    let terms = setting.predicted(&chosen.members(setting.candidates), &chosen.fit.values);
+    let terms = difference(&terms, &setting.predicted(&[], &[]));
+    let correction = difference(&found.predictions, &terms);
+    let in_place = difference(&setting.left(&chosen.fit.predicted), &found.left);
+    if chosen.which.len() == 1 && beyond_closure(setting, selection, &in_place).total <= 0.0 {
+        return None;
+    }
+    let coordinate = Coordinate {
+        letter: "y",
+        values: expected,
+        is_angle: false,
+    };
+    let total = over(&selection.nothing).total;
+    let told = expression::find(&[coordinate], &rest, noise)
+        .filter(|told| told.gain.total > LEAST_TOLD * total);
+    let share = told.as_ref().map_or(0.0, |told| told.gain.total / total);
+    Some(Shape {
+        depends_on: vec![(EXPECTED_READING.to_owned(), 1.0)],
+        curve: found.line,
+        expression: told.map(|told| told.expression.to_string()),
+        expression_share: share.clamp(0.0, 1.0),
+        nearest: nearest(setting, selection, total, |_| true),
+        period_s: None,
+        spans_s: Vec::new(),
+        is_predictable: true,
+        // The curve stands in the place of the chosen terms, not on top of them.
+        correction,
+        left: found.left,
+    })
+}
+
+/// The library's term of some kinds that gains most, and its part of all that could be gained.
+fn nearest(
+    setting: &Setting,
+    selection: &Selection,
+    all: f64,
+    is_kind: impl Fn(Kind) -> bool,
+) -> Option<(String, f64)> {
+    let singles = selection.singles.iter();
+    singles
+        .map(|tried| (&setting.candidates[tried.which[0]], tried.gain.total))
+        .filter(|(candidate, _)| is_kind(candidate.kind))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)))
+}
+
+/// How much more of the squares of what the recording differs by the trees take from what the
+/// chosen terms leave, than their laws may be off: in the square of the channel's unit, block by
+/// block.
+///
+/// ```text
+/// Σ_b [ rest² - left² - (2 c)² (before² - left²) ],    c = max(0.1, closure errors of the terms)
+/// ```
+///
+/// Squares in the reading's own unit, since a robust density counts a gross error that a law
+/// leaves hardly more than a small one.
+fn beyond_closure(setting: &Setting, selection: &Selection, correction: &[f64]) -> Gain {
+    let chosen = &selection.chosen;
+    let members = chosen.members(setting.candidates);
+    let off = members.iter().map(|of| of.closure_error);
+    let off = CLOSURES * off.fold(LAW_ERROR, f64::max);
+    let blocks = &setting.noise.blocks;
+    let squares = |values: &[f64]| blocks.sums(values.iter().map(|value| value * value));
+    let rest = setting.left(&chosen.fit.predicted);
+    let before = squares(&setting.left(&selection.nothing.fit.predicted));
+    let after = squares(&difference(&rest, correction));
+    let of_blocks = squares(&rest).into_iter().zip(before).zip(after);
+    let beyond =
+        of_blocks.map(|((rest, before), after)| rest - after - off * off * (before - after));
+    Gain::new(beyond.collect())
 }
 
 /// Whether a gain of trees is more than chance.
@@ -185,22 +291,20 @@ fn at_times(setting: &Setting, fit: &Fit) -> Option<Shape> {
     let rest = setting.left(&fit.predicted);
     let mut correction = vec![0.0; rest.len()];
     let mut spans_s: Vec<[f64; 2]> = Vec::new();
-    for &burst in &found.blocks {
-        let inside = || (0..rest.len()).filter(|&i| blocks.of_sample[i] == burst);
+    let mut ended = None;
+    for window in found.windows {
         // Readings of a loose contact go with what they should be, not by one amount.
         let mut line = Line::default();
+        let inside = || window.clone();
         inside().for_each(|i| line.add(1.0, fit.predicted[i], rest[i]));
         let (slope, constant) = line.fit(1e-9).unwrap_or((0.0, line.mean()));
         inside().for_each(|i| correction[i] = slope * fit.predicted[i] + constant);
-        let ends = inside().fold([f64::INFINITY, f64::NEG_INFINITY], |ends, i| {
-            [ends[0].min(times_s[i]), ends[1].max(times_s[i])]
-        });
+        let [from_s, to_s] = [window.start, window.end - 1].map(|i| times_s[i]);
         match spans_s.last_mut() {
-            Some(last) if blocks.follows[burst] && found.blocks.contains(&(burst - 1)) => {
-                last[1] = ends[1];
-            }
-            _ => spans_s.push(ends),
+            Some(last) if ended == Some(window.start) => last[1] = to_s,
+            _ => spans_s.push([from_s, to_s]),
         }
+        ended = Some(window.end);
     }
     Some(Shape {
         depends_on: vec![("time s".to_owned(), 1.0)],
@@ -297,16 +401,11 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         values,
         is_angle: true,
     }));
-    let total = held_out.gain.total;
+    // Where it is sure in squares alone, nothing is a part of the density.
+    let total = held_out.gain.total.max(LEAST_GAIN);
     let found = expression::find(&coordinates, &rest, noise)
         .filter(|found| found.gain.total > LEAST_TOLD * total);
     let all = total + selection.chosen.gain.total.max(0.0);
-    let singles = selection.singles.iter();
-    let nearest = singles
-        .map(|tried| (&setting.candidates[tried.which[0]], tried.gain.total))
-        .filter(|(candidate, _)| candidate.kind == Kind::Physics)
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)));
     let depends_on = shares.iter().take(3);
     let told = found.as_ref().map_or(0.0, |found| found.gain.total);
     Shape {
@@ -316,7 +415,7 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         curve: edges.into_iter().zip(along).collect(),
         expression_share: (told / total).clamp(0.0, 1.0),
         expression: found.map(|found| found.expression.to_string()),
-        nearest,
+        nearest: nearest(setting, selection, all, |kind| kind == Kind::Physics),
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: true,

@@ -1,76 +1,125 @@
 //! Stretches of time that differ from the others: a loose contact, something that stands in the way
 //! for a while.
 //!
-//! What lasts for a block or two and never comes back in the same place cannot be predicted on
-//! blocks that were held out, and the signs of two blocks prove nothing. It is told by its size:
+//! What lasts for some readings and never comes back in the same place cannot be predicted on
+//! blocks that were held out, and the signs of two blocks prove nothing. It is told by its size, in
+//! windows of 8, 16, 32 readings and so on, each half over the one before it:
 //!
 //! ```text
-//! S_b = Σ_{i in b} eᵢ/√n_b,     z_b = (S_b - median)/max(1, 1.4826 · MAD)     among blocks of a like level
+//! S_w = Σ_{i in w} eᵢ/√n_w,     z_w = (S_w - median)/max(1, 1.4826 · MAD)     among windows of one length and a like level
 //! ```
 //!
-//! with `e` whitened and bounded. Blocks are parted by their mean level in thirds, for what the
-//! noise model has wrong depends on it. The p-value is that of Student's law with `0.37 n` degrees
-//! of freedom (the efficiency of the median absolute deviation, Huber & Ronchetti 2009, Robust
-//! Statistics, section 5.1), times the number of blocks (Bonferroni).
+//! with `e` whitened and bounded. Windows are parted by their mean level in thirds, for what the
+//! noise model has wrong depends on it. The p-value is that of Student's law with `0.37 n/2`
+//! degrees of freedom (the efficiency of the median absolute deviation, Huber & Ronchetti 2009,
+//! Robust Statistics, section 5.1; half the windows are independent), times the number of all
+//! windows (Bonferroni).
+
+use std::ops::Range;
 
 use super::quantile::median;
 use super::robust::weight;
 use super::sequence::Blocks;
 use super::tail::student_two_sided;
 
-/// Blocks of a like level that a spread needs. Chosen here: fewer tell no spread.
-const LEAST_BLOCKS: usize = 12;
+/// Readings of the shortest window. Chosen here: as many steps as the shortest block.
+const SHORTEST: usize = 8;
+/// Windows of a like level that a spread needs. Chosen here: fewer tell no spread.
+const LEAST_ALIKE: usize = 24;
 /// Most parts by level.
 const MOST_PARTS: usize = 3;
 /// A median absolute deviation over a normal's standard deviation.
 const MAD: f64 = 1.4826;
-/// Efficiency of it.
-const EFFICIENCY: f64 = 0.37;
+/// Efficiency of it, of windows that overlap by half.
+const EFFICIENCY: f64 = 0.37 / 2.0;
 
-/// Blocks that stand out.
+/// Stretches that stand out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bursts {
     /// p-value of one that stands out as much, in noise alone.
     pub p: f64,
-    /// Blocks that stand out by themselves at the level asked for.
-    pub blocks: Vec<usize>,
+    /// Samples of those that stand out by themselves at the level asked for, in order; none
+    /// overlaps with another.
+    pub windows: Vec<Range<usize>>,
 }
 
-/// Looks for them in a whitened residual; `level` is what readings are expected to be. Each block
-/// that is listed has a p-value of at most `accepted`, all blocks counted.
+/// Looks for them in a whitened residual, samples in the order of series and of time; `level` is
+/// what readings are expected to be. Each window that is listed has a p-value of at most
+/// `accepted`, all windows counted.
 #[must_use]
 pub fn bursts(whitened: &[f64], level: &[f64], blocks: &Blocks, accepted: f64) -> Bursts {
-    let count = blocks.count();
-    let sizes = blocks.sums(whitened.iter().map(|_| 1.0));
-    let sums = blocks.sums(whitened.iter().map(|e| e * weight(*e)));
-    let levels = blocks.sums(level.iter().copied());
-    let score = |b: usize| sums[b] / sizes[b].max(1.0).sqrt();
-    let mut by_level: Vec<usize> = (0..count).collect();
-    let mean = |b: usize| levels[b] / sizes[b].max(1.0);
-    by_level.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)).then(a.cmp(&b)));
-    let parts = (count / LEAST_BLOCKS).min(MOST_PARTS);
-    let mut found = Bursts {
-        p: 1.0,
-        blocks: Vec::new(),
-    };
+    let bounded: Vec<f64> = whitened.iter().map(|e| e * weight(*e)).collect();
+    let runs = runs(blocks);
+    let mut scored: Vec<(f64, Range<usize>)> = Vec::new();
+    let mut length = SHORTEST;
+    loop {
+        let of_run = |run: &Range<usize>| {
+            let starts = (run.start..run.end).step_by(length / 2);
+            let windows = starts.map(|from| from..from + length);
+            windows.take_while(|w| w.end <= run.end).collect::<Vec<_>>()
+        };
+        let windows: Vec<Range<usize>> = runs.iter().flat_map(of_run).collect();
+        if windows.len() < LEAST_ALIKE {
+            break;
+        }
+        scored.extend(p_values(windows, &bounded, level));
+        length *= 2;
+    }
+    let count = scored.len() as f64;
+    scored
+        .iter_mut()
+        .for_each(|(p, _)| *p = (*p * count).min(1.0));
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.start.cmp(&b.1.start)));
+    let mut windows: Vec<Range<usize>> = Vec::new();
+    for (_, window) in scored.iter().take_while(|(p, _)| *p <= accepted) {
+        let meets = |other: &Range<usize>| other.start < window.end && window.start < other.end;
+        if !windows.iter().any(meets) {
+            windows.push(window.clone());
+        }
+    }
+    windows.sort_by_key(|window| window.start);
+    Bursts {
+        p: scored.first().map_or(1.0, |(p, _)| *p),
+        windows,
+    }
+}
+
+/// Samples without a gap between them.
+fn runs(blocks: &Blocks) -> Vec<Range<usize>> {
+    let of_sample = &blocks.of_sample;
+    let begins =
+        |&i: &usize| i == 0 || of_sample[i] != of_sample[i - 1] && !blocks.follows[of_sample[i]];
+    let mut starts: Vec<usize> = (0..of_sample.len()).filter(begins).collect();
+    starts.push(of_sample.len());
+    starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+}
+
+/// Of every window of one length, the p-value by itself.
+fn p_values(
+    mut windows: Vec<Range<usize>>,
+    bounded: &[f64],
+    level: &[f64],
+) -> Vec<(f64, Range<usize>)> {
+    let sum = |of: &[f64], window: &Range<usize>| of[window.clone()].iter().sum::<f64>();
+    windows.sort_by(|a, b| {
+        let by_level = sum(level, a).total_cmp(&sum(level, b));
+        by_level.then(a.start.cmp(&b.start))
+    });
+    let count = windows.len();
+    let parts = (count / LEAST_ALIKE).min(MOST_PARTS);
+    let mut scored = Vec::with_capacity(count);
     for part in 0..parts {
-        let alike = &by_level[part * count / parts..(part + 1) * count / parts];
-        let mut scores: Vec<f64> = alike.iter().map(|&b| score(b)).collect();
-        let middle = median(&mut scores).unwrap_or(0.0);
+        let alike = &windows[part * count / parts..(part + 1) * count / parts];
+        let score = |window: &Range<usize>| sum(bounded, window) / (window.len() as f64).sqrt();
+        let scores: Vec<f64> = alike.iter().map(score).collect();
+        let middle = median(&mut scores.clone()).unwrap_or(0.0);
         let mut away: Vec<f64> = scores.iter().map(|s| (s - middle).abs()).collect();
         let spread = (MAD * median(&mut away).unwrap_or(0.0)).max(1.0);
         let freedom = EFFICIENCY * alike.len() as f64;
-        for &b in alike {
-            let z = (score(b) - middle) / spread;
-            let p = (student_two_sided(z, freedom) * count as f64).min(1.0);
-            found.p = found.p.min(p);
-            if p <= accepted {
-                found.blocks.push(b);
-            }
-        }
+        let p = |score: &f64| student_two_sided((score - middle) / spread, freedom);
+        scored.extend(scores.iter().map(p).zip(alike.iter().cloned()));
     }
-    found.blocks.sort_unstable();
-    found
+    scored
 }
 
 #[cfg(test)]
@@ -96,8 +145,8 @@ mod tests {
         let whitened: Vec<f64> = (0..2700).map(|i| random.normal() + loose(i)).collect();
         let found = bursts(&whitened, &level, &blocks, 0.05);
         assert!(found.p < 1e-3, "{}", found.p);
-        let mut inside = found.blocks.iter();
-        assert!(inside.all(|&b| (380..450).any(|i| blocks.of_sample[i] == b)));
+        let told: usize = found.windows.iter().map(|window| window.len()).sum();
+        assert!(told > 15 && found.windows.iter().all(|w| w.start > 380 && w.end < 450));
     }
 
     #[test]

@@ -54,6 +54,7 @@ pub mod bootstrap;
 pub mod bursts;
 pub mod change_point;
 pub mod column;
+pub mod curve;
 pub mod draws;
 pub mod expression;
 pub mod held_out;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::candidates::Kind;
 use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict};
-use diagnosis::infer::outside::Shape;
+use diagnosis::infer::outside::{EXPECTED_READING, Shape};
 use diagnosis::record::recording::{Recording, Role};
 use diagnosis::statistics::lack_of_fit::ACCEPTED;
 
@@ -265,6 +265,16 @@ fn outside(shape: &Shape) -> Vec<String> {
     let on = shape.depends_on.iter().filter(|(_, share)| *share >= 0.005);
     let on = on.map(|(name, share)| format!("{name} ({:.0} %)", 100.0 * share));
     lines.push(format!("It depends on {}.", joined(on, ", ")));
+    if shape
+        .depends_on
+        .iter()
+        .any(|(name, _)| name == EXPECTED_READING)
+    {
+        lines.push(
+            "A curve of the reading alone tells more than every effect of the library: the scale of an instrument, sooner than air."
+                .to_owned(),
+        );
+    }
     lines.push(match &shape.expression {
         Some(expression) => format!(
             "In short: {expression}, which explains {:.0} % of what can be predicted of it.",

@@ -162,9 +162,10 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
     Trial::new("momentum_scale", &[0.06], &[&[1.05]]).settled_by(SCALE),
     Trial::new("buoyancy", &[0.15], &[&[0.1], &[-0.1]]),
     Trial::new("swirl", &[0.25], &[&[0.4]]).settled_by(ONE_AXIS),
+    // Half-widths of its four jets run from 0.7 to 1.05 rotor radii among closures.
     Trial::new("near_field", &[0.15, 0.3], &[&[0.5, 0.5]])
         .shown(|shows| shows.near)
-        .closure_error(0.1),
+        .closure_error(0.2),
     Trial::new("jet_merging", &[0.1], &[&[1.4]])
         .shown(|shows| shows.jets > 1)
         .closure_error(0.2),
