@@ -707,7 +707,8 @@ fn of_vehicle(
     let axis = |row: usize| track.attitude[row] * Vector3::z();
     let thrust_mps2 = |row: usize| upright_n[row] / axis(row).z / mass_kg;
     let is_ready = trace.source == ThrustSource::ReadyForce;
-    let recorded = |row: usize| match (&track.force_n, &track.specific_force_mps2) {
+    let ready_n = track.force_n.as_ref().filter(|_| is_ready);
+    let recorded = |row: usize| match (ready_n, &track.specific_force_mps2) {
         (Some(force_n), _) => force_n[row].xy() / mass_kg,
         (None, Some(felt)) => felt[row].xy() - axis(row).xy() * thrust_mps2(row),
         (None, None) => Vector2::repeat(f64::NAN),

@@ -97,16 +97,20 @@ impl Track {
         moment.between(column, |from, to, share| from + (to - from) * share)
     }
 
-    /// What tells its thrust, of several what needs least to be identified; `None` where nothing
-    /// does.
+    /// What tells its thrust, of several what was measured nearest to the rotors; `None` where
+    /// nothing does. Forces that were worked out already are the last, and all there is without
+    /// an acceleration.
     #[must_use]
     pub fn thrust_source(&self) -> Option<ThrustSource> {
+        let has_ready = self.force_n.is_some();
+        let has_felt = self.specific_force_mps2.is_some() || !has_ready;
         let has_duty = self.duty.is_some() && self.battery_v.is_some();
+        let has_speed = self.rotor_speed_radps.is_some();
         [
-            (self.force_n.is_some(), ThrustSource::ReadyForce),
-            (self.thrust_n.is_some(), ThrustSource::Thrust),
-            (self.rotor_speed_radps.is_some(), ThrustSource::RotorSpeed),
-            (has_duty, ThrustSource::DutyCycle),
+            (has_felt && has_speed, ThrustSource::RotorSpeed),
+            (has_felt && has_duty, ThrustSource::DutyCycle),
+            (has_felt && self.thrust_n.is_some(), ThrustSource::Thrust),
+            (has_ready, ThrustSource::ReadyForce),
         ]
         .into_iter()
         .find_map(|(is_there, source)| is_there.then_some(source))
@@ -165,6 +169,37 @@ mod tests {
             longest_step_s: 0.5,
             ..Track::default()
         }
+    }
+
+    #[test]
+    fn what_was_measured_nearest_to_the_rotors_tells_the_thrust() {
+        let all = Track {
+            specific_force_mps2: Some(vec![Vector3::z()]),
+            force_n: Some(vec![Vector3::zeros()]),
+            thrust_n: Some(vec![0.3]),
+            rotor_speed_radps: Some(vec![[2e3; 4]]),
+            duty: Some(vec![[0.5; 4]]),
+            battery_v: Some(vec![3.8]),
+            ..track(&[0.0])
+        };
+        assert_eq!(all.thrust_source(), Some(ThrustSource::RotorSpeed));
+        let no_speed = Track {
+            rotor_speed_radps: None,
+            ..all
+        };
+        assert_eq!(no_speed.thrust_source(), Some(ThrustSource::DutyCycle));
+        let no_battery = Track {
+            battery_v: None,
+            ..no_speed
+        };
+        assert_eq!(no_battery.thrust_source(), Some(ThrustSource::Thrust));
+        // Nothing but the ready force tells what was felt.
+        let no_acceleration = Track {
+            specific_force_mps2: None,
+            ..no_battery
+        };
+        let ready = Some(ThrustSource::ReadyForce);
+        assert_eq!(no_acceleration.thrust_source(), ready);
     }
 
     #[test]

@@ -187,7 +187,9 @@ impl<'a> Trace<'a> {
         let attitudes = track.attitude.iter();
         let upright = attitudes.map(|body_to_world| (body_to_world * Vector3::z()).z);
         let upright: Vec<f64> = upright.collect();
-        let (logged_n, ready_n): (Vec<f64>, Option<Vec<f64>>) = match &track.force_n {
+        let ready_n = track.force_n.as_ref();
+        let ready_n = ready_n.filter(|_| source == ThrustSource::ReadyForce);
+        let (logged_n, ready_n): (Vec<f64>, Option<Vec<f64>>) = match ready_n {
             None => {
                 let force = track.specific_force_mps2.as_ref()?;
                 (
