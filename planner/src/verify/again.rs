@@ -1,9 +1,10 @@
 //! A plan that changes while it is flown, verified again: a drone is judged anew where it, or one
 //! that may touch it or reach it with its air, has changed, comes near or has gone.
 //!
-//! What is found of a drone depends on its own flight, on the flights near it
-//! ([`encounters_of`]) and on what is the same for the whole plan. After the
-//! last time all rest, so that more rest after it changes nothing.
+//! What is found of a drone depends on its own flight, on the flights near it ([`encounters_of`])
+//! and on what is the same for the whole plan. After the last time all rest: more rest after it
+//! changes nothing. Another flight matters up to the end of the last encounter with it, late air
+//! included; from when on it is another is told by the last break point that both have.
 
 use std::sync::Arc;
 
@@ -127,7 +128,8 @@ impl Judgements {
             let mut before = before.map(|(other, until_s)| (of_other_s(other), *until_s));
             let now = with_changed[k].iter();
             let mut now = now.map(|it| (differs_s[it.other], it.span_s.1));
-            // A clock may be ahead.
+            // A clock may be ahead. Encounters that another flight has anew end after it differs, so
+            // that those kept stay all there are.
             let is_over = |(differs_s, until_s): (f64, f64)| until_s + apart_s < differs_s;
             let holds = before.all(is_over) && now.all(is_over);
             holds.then(|| Arc::clone(&known.judgement))
