@@ -187,6 +187,9 @@ fn direction_rad(seen: &Seen) -> f64 {
     y.atan2(x)
 }
 
+/// Where the emitter is in the room.
+const OF_EMITTER: [&str; 2] = ["emitter x m", "emitter y m"];
+
 fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Option<String> {
     let each = |value: fn(&Sample, f64) -> f64| {
         let samples = seen.samples.iter().zip(&seen.corrected);
@@ -206,11 +209,13 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
     let shares = columns.map(|(column, index)| (signature::share(column, shown), index));
     let mut shares: Vec<(f64, usize)> = shares.filter(|(share, _)| *share > 0.0).collect();
     shares.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    // What trees depend on goes first.
+    // What trees depend on goes first; where the emitter is in the room only says more than where
+    // the air is below it where they do.
     let shape = finding.shape.as_ref();
-    if let Some((name, _)) = shape.and_then(|shape| shape.depends_on.first()) {
-        shares.sort_by_key(|(_, column)| seen.names[*column] != name);
-    }
+    let first = shape.and_then(|shape| shape.depends_on.first());
+    let is_first = |column: usize| first.is_some_and(|(name, _)| seen.names[column] == name);
+    shares.retain(|(_, column)| is_first(*column) || !OF_EMITTER.contains(&seen.names[*column]));
+    shares.sort_by_key(|(_, column)| !is_first(*column));
     let (mut coordinates, mut groups) = (Vec::new(), Vec::new());
     for (_, column) in shares {
         let name = seen.names[column];

@@ -52,8 +52,8 @@ const MOST_PARTS_ASKED: usize = 200_000;
 const ADVECTED_COST: usize = 4;
 /// Parts searched in a step once [`MOST_PARTS_IN_ALL`] are used up, chosen here.
 const FEWEST_PARTS: usize = 32;
-/// Air up to this is not searched further where it is only told (m/s): a closed hall drifts as fast,
-/// 0.06 to 0.12 m/s during the flights the jet was fitted to.
+/// Air up to this is not searched further where it is only told (m/s): a closed hall drifts as
+/// fast, 0.06 to 0.12 m/s during the flights the jet was fitted to.
 pub(crate) const SLIGHTEST_MPS: f64 = 0.1;
 /// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
 const PARTS_TOLD: usize = 100;
