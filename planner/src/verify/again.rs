@@ -128,8 +128,8 @@ impl Judgements {
             let mut before = before.map(|(other, until_s)| (of_other_s(other), *until_s));
             let now = with_changed[k].iter();
             let mut now = now.map(|it| (differs_s[it.other], it.span_s.1));
-            // A clock may be ahead. Encounters that another flight has anew end after it differs, so
-            // that those kept stay all there are.
+            // A clock may be ahead. Encounters that another flight has anew end after it differs:
+            // those kept stay all there are.
             let is_over = |(differs_s, until_s): (f64, f64)| until_s + apart_s < differs_s;
             let holds = before.all(is_over) && now.all(is_over);
             holds.then(|| Arc::clone(&known.judgement))
