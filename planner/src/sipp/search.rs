@@ -62,7 +62,11 @@ const MOST_TRIES: usize = 16;
 ///
 /// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
 /// for free are judged at once when it is looked for again.
-pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
+pub(crate) fn search(mut setting: Setting<'_>, agent: &Agent) -> Searched {
+    if !agent.forgiven.is_empty() {
+        // What is forgiven depends on how a drone is in the way.
+        setting.reservations = None;
+    }
     let searched = find(setting, agent);
     agent.forget();
     searched

@@ -18,7 +18,7 @@ use crate::plan::outcome::{Control, Effort, Progress};
 use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Searched, Setting, search};
 use crate::solver::prepare::Job;
-use crate::solver::priority::{MOST_SMALL, UNTABULATED_LATE_STATES, UNTABULATED_STATES};
+use crate::solver::priority::MOST_SMALL;
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 pub(super) const FIRST_WEIGHT: u32 = 500;
@@ -398,29 +398,6 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Takes back all that was found, of a few that were to be planned anew: they, and all who were
-    /// to give way to them, keep what they had.
-    pub(super) fn keep_all(&mut self, group: &[DroneId]) {
-        self.waiting.clear();
-        self.unplanned.retain(|(drone, _)| group.contains(drone));
-        for index in 0..self.kept.len() {
-            let drone = DroneId(index as u32);
-            let kept = self.kept[index].clone();
-            if group.contains(&drone) {
-                if self.unplanned.iter().all(|(known, _)| *known != drone) {
-                    self.unplanned.push((drone, FailureKind::Stopped));
-                }
-                self.paths[index] = None;
-                self.release(drone);
-            } else if kept.is_empty() || self.legs[index] == kept {
-                continue;
-            } else {
-                self.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
-            }
-            self.reserve(kept);
-        }
-    }
-
     /// What has been found, the unplanned by number.
     pub(super) fn into_paths(mut self) -> Paths {
         self.unplanned.sort_unstable_by_key(|(drone, _)| *drone);
@@ -435,7 +412,7 @@ impl<'a> Attempt<'a> {
     /// Plans all in the queue, several at a time as if the others of the batch were not there. They
     /// are taken in order, and the drone that is in the way of one before it is planned again. How
     /// many there are in a batch depends on how that went before, and not on the number of threads.
-    /// `false` if it gave up, or was stopped where all keep what they had then.
+    /// `false` if it gave up.
     pub(super) fn run(&mut self, queue: VecDeque<DroneId>) -> bool {
         // Among the threads that share the work: little of it can be handed on from outside.
         rayon::scope(|_| self.run_here(queue))
@@ -451,10 +428,6 @@ impl<'a> Attempt<'a> {
                 return false;
             }
             if (self.control.stop)() {
-                if !self.kept.is_empty() {
-                    self.waiting = queue;
-                    return false;
-                }
                 self.finalise(queue);
                 return true;
             }
@@ -631,11 +604,7 @@ impl<'a> Attempt<'a> {
         }
         let immovable = vec![IMMOVABLE; self.weights.len()];
         let mut times = vec![0; self.weights.len()];
-        let mut left = match (&self.reservations, self.costmap.lingers()) {
-            (Some(_), _) => ALL_EXPANSIONS,
-            (None, 0) => ALL_EXPANSIONS / UNTABULATED_STATES,
-            (None, _) => ALL_EXPANSIONS / (UNTABULATED_STATES * UNTABULATED_LATE_STATES),
-        };
+        let mut left = ALL_EXPANSIONS;
         while let Some(drone) = displaced.pop_front() {
             let index = drone.0 as usize;
             if self.weights[index] == IMMOVABLE {
