@@ -94,7 +94,7 @@ pub struct Plan {
 pub struct ZoneAir {
     /// The zone's name.
     pub zone: String,
-    /// Highest summed air that was found at one of its points (m/s).
+    /// Highest summed air that was found at one of its points (m/s); 0: none above 0.1.
     pub worst_air_mps: f64,
     /// Summed air that no point of it exceeds at any time (m/s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
