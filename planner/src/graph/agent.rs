@@ -170,8 +170,13 @@ impl Agent {
     /// body.
     pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
         blocker.why != Why::Bodies
-            && departs < self.departs.after(FORGIVEN_TICKS)
+            && self.forgives_some(departs)
             && self.forgiven.contains(&blocker.drone)
+    }
+
+    /// Whether a leg from `departs` on may be in any drone's way.
+    pub(crate) fn forgives_some(&self, departs: Tick) -> bool {
+        !self.forgiven.is_empty() && departs < self.departs.after(FORGIVEN_TICKS)
     }
 
     /// What is flown of its path.

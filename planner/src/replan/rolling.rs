@@ -60,11 +60,12 @@ use crate::scenario::limits::BUSY_S;
 use crate::scenario::placement::landing_place_m;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, PathMotion, Task, World};
+use crate::sipp::conflicts::Steps;
 use crate::solver::assemble::{blank, fleet, rounded, stay_until, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
-use crate::verify::{judged, verify};
+use crate::verify::{Judgements, judged, verify_again};
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
 const SPARE_DRONES: usize = 64;
@@ -78,12 +79,16 @@ pub struct Running {
     world: World,
     /// What has been flown and what will be, verified.
     plan: Plan,
+    /// What the verifier has found of it.
+    judgements: Judgements,
     /// The world's obstacles, for places that are new.
     solids: Arc<Solids>,
     /// Its roadmap grows with new stops; its agents are those of the last change.
     job: Job,
     /// What every drone still flies.
     costmap: Costmap,
+    /// The tables of the fleet's steps, where there are any and no costmap was made since.
+    steps: Option<Steps>,
     /// By drone, in the plan's order.
     tracks: Vec<Track>,
     /// Everything before is history.
@@ -184,6 +189,8 @@ impl Running {
         let mut running = Running {
             solids: Arc::new(Solids::new(&world.obstacles)),
             costmap: job.costmap(&world, true, 0),
+            steps: None,
+            judgements: Judgements::default(),
             world,
             plan,
             job,
@@ -191,6 +198,8 @@ impl Running {
             known: Tick(0),
         };
         running.fill_costmap();
+        running.tabulate();
+        verify_again(&running.plan, &mut running.judgements);
         Ok(running)
     }
 
@@ -396,21 +405,31 @@ impl Running {
         // How far what they fly is from its legs.
         self.job.agents = self.tracks.iter().map(|it| it.agent.clone()).collect();
         self.costmap = self.job.costmap(&self.world, true, room);
+        self.steps = None;
         for track in &mut self.tracks {
             track.lingers = self.costmap.lingers();
             self.costmap.insert(track.flown_from(self.known));
         }
     }
 
-    /// The whole plan judged, the sums over the fleet made anew. All drones are verified, not only
-    /// those that have changed.
+    /// Tables for the fleet as it is in the costmap.
+    fn tabulate(&mut self) {
+        let (agents, costmap) = (&self.job.agents, &self.costmap);
+        self.steps = match &self.steps {
+            Some(steps) => steps.renewed(agents, costmap),
+            None => Steps::new(self.job.roadmap.lattice(), agents, costmap),
+        };
+    }
+
+    /// The whole plan judged, the sums over the fleet made anew. Drones are verified anew whom a
+    /// change can concern.
     fn judge(&mut self) {
         let unplanned = self.plan.unplanned.clone();
         self.plan.fleet = fleet(&self.plan.drones, |drone| {
             unplanned.iter().all(|one| one.name != drone.name)
         });
         self.plan.ignoring_downwash = None;
-        let report = verify(&self.plan);
+        let report = verify_again(&self.plan, &mut self.judgements);
         self.plan = judged(self.plan.clone(), report, unplanned);
     }
 }
@@ -874,6 +893,7 @@ impl Turn<'_> {
         let under_way = agents.iter().map(|agent| agent.departs.max(self.at));
         let under_way: Vec<Tick> = under_way.collect();
         running.job.agents = agents;
+        running.tabulate();
         let (mut group, mut settled) = (Vec::new(), Vec::new());
         for (&index, asked) in &self.asked {
             if matches!(asked.cause, Cause::Removed | Cause::Failed) {
@@ -892,9 +912,10 @@ impl Turn<'_> {
                 kept[index].clear();
             }
             if asked.cause == Cause::Late {
+                // What began before it can do something else is not to be had out of the way.
                 let gives_way = |it: &Blocker| {
                     let other = it.drone.0 as usize;
-                    it.clear > under_way[other] && !kept[other].is_empty()
+                    it.began >= under_way[other] && !kept[other].is_empty()
                 };
                 let blockers = blockers_at_departure(running, index);
                 let firm = blockers.into_iter().filter(|it| !gives_way(it));
@@ -920,6 +941,7 @@ impl Turn<'_> {
             group: &group,
             settled: &settled,
             costmap: running.costmap.clone(),
+            steps: running.steps.clone(),
             under_way,
             kept,
         };

@@ -62,11 +62,7 @@ const MOST_TRIES: usize = 16;
 ///
 /// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
 /// for free are judged at once when it is looked for again.
-pub(crate) fn search(mut setting: Setting<'_>, agent: &Agent) -> Searched {
-    if !agent.forgiven.is_empty() {
-        // What is forgiven depends on how a drone is in the way.
-        setting.reservations = None;
-    }
+pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
     let searched = find(setting, agent);
     agent.forget();
     searched
@@ -103,9 +99,13 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             break;
         }
     }
+    let left = setting.most_expansions.saturating_sub(expansions);
     let whole = Setting {
         reservations: None,
-        most_expansions: setting.most_expansions.saturating_sub(expansions),
+        most_expansions: match setting.reservations {
+            Some(_) => left.min(setting.most_untabulated),
+            None => left,
+        },
         ..setting
     };
     let mut searched = look(whole, agent, &Rc::default(), &stays, &mut None);

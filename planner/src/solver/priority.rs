@@ -327,6 +327,8 @@ pub(crate) struct Affected<'a> {
     pub(crate) settled: &'a [DroneId],
     /// Every drone's legs as they are.
     pub(crate) costmap: Costmap,
+    /// The tables of the fleet's steps, if there are any.
+    pub(crate) steps: Option<Steps>,
     /// Until when each drone goes on as it does.
     pub(crate) under_way: Vec<Tick>,
     /// What each drone goes on with if it finds no path; nothing for those who cannot be made to
@@ -357,6 +359,7 @@ pub(crate) fn plan_affected(
         } else {
             attempt.weights[index] = UNASKED_WEIGHT;
             attempt.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
+            attempt.legs[index].clone_from(kept);
         }
     }
     attempt.under_way = affected.under_way;
@@ -365,20 +368,26 @@ pub(crate) fn plan_affected(
     queue.sort_unstable_by_key(|drone| (job.agents[drone.0 as usize].alone_ticks, *drone));
     let mut queue = VecDeque::from(queue);
     let settled = affected.settled;
+    for &drone in settled.iter().chain(group) {
+        attempt.costmap.remove(drone);
+        attempt.legs[drone.0 as usize].clear();
+    }
+    let table = |steps| ReservationTable::new(steps, &attempt.costmap, &attempt.legs);
+    attempt.reservations = affected.steps.as_ref().map(table);
     for &drone in settled {
         attempt.weights[drone.0 as usize] = IMMOVABLE;
         attempt.paths[drone.0 as usize] = None;
-        attempt.costmap.remove(drone);
         attempt.leave_unplanned(drone, FailureKind::Stopped, &mut queue);
     }
     for &drone in group {
-        attempt.costmap.remove(drone);
         let agent = &job.agents[drone.0 as usize];
+        attempt.reserve(agent.begun.clone());
         let begun = agent.flown(&agent.begun).into_owned();
-        attempt.costmap.insert(begun.clone());
         attempt.evict_conflicting(&begun, &mut queue);
     }
-    attempt.run(queue);
+    if !attempt.run(queue) {
+        attempt.keep_all(group);
+    }
     attempt
         .unplanned
         .retain(|(drone, _)| !settled.contains(drone));

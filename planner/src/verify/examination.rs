@@ -121,7 +121,7 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     }
     let plan = &examined;
     let (scene, malformed) = contents::read(plan);
-    let report = super::report(plan, scene.as_ref(), malformed, super::Asked::Spans);
+    let report = super::report(plan, scene.as_ref(), malformed, (super::Asked::Spans, None));
     let asked = scene.as_ref().filter(|_| late);
     let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len()));
     let late = late.unwrap_or_else(|| vec![None; plan.drones.len()]);

@@ -39,6 +39,7 @@
 //! `scene` is the plan as the checks see it; `checks` holds one file for each of them, `bounds`
 //! what bounds a wake over ranges of places, `time` what happens over spans of time.
 
+mod again;
 pub(crate) mod bounds;
 pub(crate) mod checks;
 pub mod examination;
@@ -47,21 +48,25 @@ pub(crate) mod scene;
 mod time;
 mod violation;
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use serde::Serialize;
 
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
+pub(crate) use again::Judgements;
+use again::Known;
 pub use bounds::obstacles::Solid;
 pub use checks::air::DroneExposure;
 pub use checks::lateness;
-use checks::zone::Asked;
-use checks::zone::SLIGHTEST_MPS;
+use checks::zone::{Asked, SLIGHTEST_MPS};
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
 pub use extents::FAINTEST_WAKE_MPS;
 use scene::{Flight, Scene};
+use time::encounters::{Encounter, encounters};
 use violation::Found;
 
 /// What the verifier found.
@@ -126,65 +131,102 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
     let (scene, malformed) = contents::read(plan);
-    report(plan, scene.as_ref(), malformed, Asked::Spans)
+    report(plan, scene.as_ref(), malformed, (Asked::Spans, None))
+}
+
+/// The same of a plan of which only drones have changed since it was judged last: what is still
+/// true of a drone is taken over. What was found is kept for the next time.
+pub(crate) fn verify_again(plan: &Plan, known: &mut Judgements) -> Report {
+    let (scene, malformed) = contents::read(plan);
+    report(plan, scene.as_ref(), malformed, (Asked::Spans, Some(known)))
 }
 
 /// The same without the highest air of zones: of their limits it is only told whether they are
 /// kept, as far as that is soon known.
 pub(crate) fn verify_drones(plan: &Plan) -> Report {
     let (scene, malformed) = contents::read(plan);
-    report(plan, scene.as_ref(), malformed, Asked::IsKept)
+    report(plan, scene.as_ref(), malformed, (Asked::IsKept, None))
+}
+
+/// What was found of one flight.
+#[derive(Debug)]
+struct Judgement {
+    /// Violations by it.
+    found: Vec<Violation>,
+    /// How many more there are.
+    untold: usize,
+    /// The air that it meets.
+    exposure: DroneExposure,
+}
+
+/// Judges one flight among those near it.
+fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Judgement {
+    let flight = &scene.flights[k];
+    let mut found = limits::check(scene, flight);
+    found.extend(smooth::check(scene, flight));
+    found.extend(obstacle::check(scene, flight));
+    found.extend(collision::check(scene, near, k));
+    let (air, exposure) = air::check(scene, near, flight);
+    found.extend(air);
+    let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
+    let shifted = match found.iter().filter(collides).count() > CROWD {
+        // What its margins break beside that is no news.
+        true => Vec::new(),
+        false => shifted_pairs::check(scene, near, k),
+    };
+    let shifted = shifted
+        .into_iter()
+        .chain(shifted_air::check(scene, near, flight));
+    // What is broken without margins is told without.
+    let on_time = found.iter().map(|(_, it)| it);
+    let known: FxHashSet<_> = on_time
+        .filter(|it| it.kind == it.kind.without_margin())
+        .map(what)
+        .collect();
+    let shifted: Vec<Found> = shifted
+        .filter(|(_, it)| !known.contains(&what(it)))
+        .collect();
+    found.extend(shifted);
+    let untold = thin_out(&mut found);
+    Judgement {
+        found: found.into_iter().map(|(_, it)| it).collect(),
+        untold,
+        exposure,
+    }
 }
 
 /// The report of a plan that was read, with what is wrong with its contents; without the air of
-/// zones where it is only asked whether they are kept.
+/// zones where it is only asked whether they are kept. What is still true of what is known of a
+/// flight is not judged again.
 fn report(
     plan: &Plan,
     scene: Option<&Scene<'_>>,
     malformed: Vec<Found>,
-    of_zones: Asked,
+    (of_zones, known): (Asked, Option<&mut Judgements>),
 ) -> Report {
     let mut found = malformed;
     let mut untold = 0;
     let mut zone_air = Vec::new();
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
-        let near = time::encounters::encounters(scene, 2.0 * scene.margins.time_s);
-        let judged: Vec<_> = (scene.flights.par_iter().zip(&near).enumerate())
-            .map(|(k, (flight, near))| {
-                let mut found = limits::check(scene, flight);
-                found.extend(smooth::check(scene, flight));
-                found.extend(obstacle::check(scene, flight));
-                found.extend(collision::check(scene, near, k));
-                let (air, exposure) = air::check(scene, near, flight);
-                found.extend(air);
-                let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
-                let shifted = match found.iter().filter(collides).count() > CROWD {
-                    // What its margins break beside that is no news.
-                    true => Vec::new(),
-                    false => shifted_pairs::check(scene, near, k),
-                };
-                let shifted = shifted
-                    .into_iter()
-                    .chain(shifted_air::check(scene, near, flight));
-                // What is broken without margins is told without.
-                let on_time = found.iter().map(|(_, it)| it);
-                let known: FxHashSet<_> = on_time
-                    .filter(|it| it.kind == it.kind.without_margin())
-                    .map(what)
-                    .collect();
-                let shifted: Vec<Found> = shifted
-                    .filter(|(_, it)| !known.contains(&what(it)))
-                    .collect();
-                found.extend(shifted);
-                let untold = thin_out(&mut found);
-                (found, untold, exposure)
-            })
+        let apart_s = 2.0 * scene.margins.time_s;
+        let Known { judgements, near } = match &known {
+            Some(known) => known.still_true(plan, scene, apart_s),
+            None => Known {
+                judgements: vec![None; scene.flights.len()],
+                near: encounters(scene, apart_s),
+            },
+        };
+        let judged: Vec<Arc<Judgement>> = (judgements.into_par_iter().zip(&near).enumerate())
+            .map(|(k, (known, near))| known.unwrap_or_else(|| Arc::new(judgement(scene, near, k))))
             .collect();
-        for (flight, (here, more, exposure)) in scene.flights.iter().zip(judged) {
-            found.extend(here);
-            untold += more;
-            exposures[flight.index] = exposure;
+        for (flight, here) in scene.flights.iter().zip(&judged) {
+            found.extend(here.found.iter().map(|it| (flight.index, it.clone())));
+            untold += here.untold;
+            exposures[flight.index] = here.exposure.clone();
+        }
+        if let Some(known) = known {
+            known.keep(plan, scene, &near, &judged);
         }
         let limited = (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some());
         let judged: Vec<_> = limited
@@ -239,7 +281,7 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
     let (Some(scene), _) = contents::read(plan) else {
         return Harm::default();
     };
-    let near = time::encounters::encounters(&scene, 0.0);
+    let near = encounters(&scene, 0.0);
     let mut harm = Harm::default();
     let flights = scene.flights.chunks(AT_A_TIME).zip(near.chunks(AT_A_TIME));
     for (flights, near) in flights {

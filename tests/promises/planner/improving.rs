@@ -62,7 +62,7 @@ fn the_number_of_threads_does_not_change_how_a_plan_gets_better() {
 fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_who_had_a_way() {
     let world = crowd();
     let mut planned = Vec::new();
-    for looks in [0, 10, 250] {
+    for looks in [0, 10, 4_000] {
         let asked = AtomicUsize::new(0);
         let control = Control {
             stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= looks,

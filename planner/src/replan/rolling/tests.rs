@@ -3,6 +3,7 @@
 use super::*;
 use crate::plan::DronePlan;
 use crate::scenario::read_world;
+use crate::verify::verify;
 
 /// Plans on once, from a plan and the world that it was made for.
 fn replan(
@@ -92,6 +93,23 @@ fn sound(running: &Running) {
     let plan = running.plan();
     assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
     assert_eq!(verify(plan).violations, []);
+}
+
+/// What was judged before a change and still holds is what the whole plan judged anew says.
+fn exposed_as_judged_anew(running: &Running) {
+    let plan = running.plan();
+    for (drone, met) in plan.drones.iter().zip(&verify(plan).exposures) {
+        for (told, found, slack) in [
+            (drone.worst_air_mps, met.worst_air_mps, 0.02),
+            (drone.extra_energy_j, met.extra_energy_j, 1e-3),
+        ] {
+            assert!(
+                (told - found).abs() <= slack * (1.0 + found),
+                "{}: {told} and {found}",
+                drone.name
+            );
+        }
+    }
 }
 
 fn others_keep_theirs(before: &Plan, after: &Plan, told: &Replanned) {
@@ -248,6 +266,7 @@ fn a_replan_of_a_replan_of_a_replan_is_sound() {
             .expect("in order");
         assert_eq!(told.refused, []);
         sound(&running);
+        exposed_as_judged_anew(&running);
         others_keep_theirs(&before, running.plan(), &told);
     }
     // The same drones again, who have been changed already.
@@ -289,6 +308,28 @@ fn any_number_of_threads_gives_the_same_bytes() {
         })
     };
     assert_eq!(on(1), on(4));
+}
+
+#[test]
+fn a_replan_that_is_stopped_leaves_every_path_as_it_was() {
+    let (world, plan) = hall(40);
+    let [x, y] = free_column(&plan, 1);
+    let changes = [
+        retasked("d4", vec![task(x, y, 3.5)]),
+        retasked("d5", Vec::new()),
+    ];
+    let stopped = Control {
+        stop: &|| true,
+        ..Control::QUIET
+    };
+    let (running, told) = replan(&world, &plan, 2.0, &changes, &stopped).expect("in order");
+    assert_eq!(told.changed, []);
+    let refused: Vec<&str> = told.refused.iter().map(|it| &it.name[..]).collect();
+    assert_eq!(refused, ["d4", "d5"]);
+    sound(&running);
+    for (old, new) in plan.drones.iter().zip(&running.plan().drones) {
+        assert_eq!(old.trajectory, new.trajectory, "{}", old.name);
+    }
 }
 
 mod refusals;
@@ -568,6 +609,7 @@ fn lives(text: &str, forgets: bool) -> Running {
             .replan(at_s, &changes, &Control::QUIET)
             .expect("in order");
         sound(&running);
+        exposed_as_judged_anew(&running);
         if forgets {
             running.forget(at_s - 5.0);
             sound(&running);

@@ -6,6 +6,8 @@
 //! offset. It serves to find paths, not to judge them: pairs only, no sums, and the height between
 //! two steps counts as all that it becomes on the way.
 
+use std::sync::Arc;
+
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
@@ -67,19 +69,19 @@ impl Span {
     }
 }
 
-/// Tables of a fleet: they do not change while it is planned.
-#[derive(Debug)]
+/// Tables of a fleet: they do not change while it is planned. Copies share them.
+#[derive(Clone, Debug)]
 pub(crate) struct Steps {
-    pub(super) lattice: Lattice,
+    pub(super) lattice: Arc<Lattice>,
     classes: Vec<Class>,
     /// Per drone, its classes by kind.
     of_drones: Vec<Vec<(KindId, usize)>>,
     /// `[class][other class]`.
-    pairs: Vec<Pair>,
-    pub(super) shapes: Vec<Shape>,
+    pairs: Arc<[Pair]>,
+    pub(super) shapes: Arc<[Shape]>,
     /// By class and place, the lowest layer that the wake of who hovers there reaches; empty
     /// without covers.
-    wake_ends: Vec<Vec<u16>>,
+    wake_ends: Arc<[Vec<u16>]>,
     /// How much earlier or later than planned one drone may be, seen from another (ticks): every
     /// interval grows by so much at both ends, and stays one.
     pub(crate) shift: u32,
@@ -105,39 +107,8 @@ impl Steps {
         if costmap.has_zones() {
             return None;
         }
-        let mut classes: Vec<Class> = Vec::new();
-        let mut of_drones = Vec::with_capacity(costmap.drone_count());
-        for agent in agents {
-            let ticks = *agent.mover.step_ticks();
-            let ahead = agent.smoothing.as_ref().map_or(0, |it| it.ahead_ticks());
-            let mut own = Vec::new();
-            for &kind in &agent.kinds {
-                let class = Class {
-                    kind,
-                    air_limit: agent.air_limit,
-                    ticks,
-                    ahead,
-                };
-                own.push((kind, index_of(&mut classes, class)));
-            }
-            of_drones.push(own);
-        }
-        for drone in agents.len()..costmap.drone_count() {
-            let legs = costmap.legs(DroneId(drone as u32)).iter();
-            let own = legs.map(|leg| {
-                let class = Class {
-                    kind: leg.kind,
-                    air_limit: leg.air_limit,
-                    // It is taken to stand still a while here, a while there.
-                    ticks: [1; 26],
-                    ahead: 0,
-                };
-                (leg.kind, index_of(&mut classes, class))
-            });
-            let mut own: Vec<(KindId, usize)> = own.collect();
-            own.dedup();
-            of_drones.push(own);
-        }
+        let mut classes = Vec::new();
+        let of_drones = of_drones(&mut classes, agents, costmap);
         if classes.len() > MOST_CLASSES {
             return None;
         }
@@ -155,7 +126,7 @@ impl Steps {
         if entries > most || shapes.iter().any(Shape::is_too_slow) {
             return None;
         }
-        let pairs = shapes.iter().map(Shape::pair).collect();
+        let pairs: Vec<Pair> = shapes.iter().map(Shape::pair).collect();
         let wake_ends = if costmap.has_blocking_surfaces() {
             let of_class = |class| wake_ends(lattice, costmap, class);
             classes.iter().map(of_class).collect()
@@ -163,15 +134,29 @@ impl Steps {
             Vec::new()
         };
         Some(Steps {
-            lattice: lattice.clone(),
+            lattice: Arc::new(lattice.clone()),
             classes,
             of_drones,
-            pairs,
-            shapes,
-            wake_ends,
+            pairs: pairs.into(),
+            shapes: shapes.into(),
+            wake_ends: wake_ends.into(),
             shift: costmap.fleet().conditions().shift,
             lingers: costmap.lingers(),
         })
+    }
+
+    /// The same for the fleet as it is by now, in a costmap of the same airframes and limits: what
+    /// flies as others did is not tabulated again.
+    pub(crate) fn renewed(&self, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
+        let mut classes = self.classes.clone();
+        let of_drones = of_drones(&mut classes, agents, costmap);
+        match classes.len() == self.classes.len() {
+            true => Some(Steps {
+                of_drones,
+                ..self.clone()
+            }),
+            false => Steps::new(&self.lattice, agents, costmap),
+        }
     }
 
     /// Places along x, y and z.
@@ -272,6 +257,47 @@ impl Steps {
         };
         end(pace.at).min(end([0, 1, 2].map(|axis| pace.at[axis] + pace.by[axis])))
     }
+}
+
+/// Per drone, its classes by kind; those that are new are added.
+fn of_drones(
+    classes: &mut Vec<Class>,
+    agents: &[Agent],
+    costmap: &Costmap,
+) -> Vec<Vec<(KindId, usize)>> {
+    let mut of_drones = Vec::with_capacity(costmap.drone_count());
+    for agent in agents {
+        let ticks = *agent.mover.step_ticks();
+        let ahead = agent.smoothing.as_ref().map_or(0, |it| it.ahead_ticks());
+        let mut own = Vec::new();
+        for &kind in &agent.kinds {
+            let class = Class {
+                kind,
+                air_limit: agent.air_limit,
+                ticks,
+                ahead,
+            };
+            own.push((kind, index_of(classes, class)));
+        }
+        of_drones.push(own);
+    }
+    for drone in agents.len()..costmap.drone_count() {
+        let legs = costmap.legs(DroneId(drone as u32)).iter();
+        let own = legs.map(|leg| {
+            let class = Class {
+                kind: leg.kind,
+                air_limit: leg.air_limit,
+                // It is taken to stand still a while here, a while there.
+                ticks: [1; 26],
+                ahead: 0,
+            };
+            (leg.kind, index_of(classes, class))
+        });
+        let mut own: Vec<(KindId, usize)> = own.collect();
+        own.dedup();
+        of_drones.push(own);
+    }
+    of_drones
 }
 
 fn index_of(classes: &mut Vec<Class>, class: Class) -> usize {

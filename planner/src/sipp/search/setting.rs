@@ -104,6 +104,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) careful: bool,
     /// States after which the search gives up.
     pub(crate) most_expansions: u64,
+    /// Of them without tables, where what the tables let it find does not hold.
+    pub(crate) most_untabulated: u64,
     /// Asked now and then.
     pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -127,6 +129,7 @@ impl<'a> Setting<'a> {
             ends_at_goal: false,
             careful: true,
             most_expansions: u64::MAX,
+            most_untabulated: u64::MAX,
             stop,
         }
     }

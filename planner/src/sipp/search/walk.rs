@@ -40,6 +40,10 @@ const HASTY_SHIFT: u32 = 5;
 /// From this one on along any step: chosen here, after some thousand states.
 const ANY_SHIFT: u32 = 2;
 
+/// States after which it is asked whether to stop: chosen here, without tables some hundredths of a
+/// second.
+const STATES_A_LOOK: u64 = 64;
+
 /// What is known of a step by the tables of reservations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Brief {
@@ -192,7 +196,7 @@ impl<'a> Search<'a> {
             return None;
         }
         self.expansions += 1;
-        if self.expansions.is_multiple_of(1024) && (self.setting.stop)() {
+        if self.expansions.is_multiple_of(STATES_A_LOOK) && (self.setting.stop)() {
             return Some(Found::Stopped);
         }
         if !self.is_confirmed(label) {
@@ -618,7 +622,9 @@ impl<'a> Search<'a> {
         let known = !from.grounded
             && reservations.knows(from.vertex)
             && reservations.knows(label.vertex)
-            && !self.refuted.doubts((from.vertex, label.vertex));
+            && !self.refuted.doubts((from.vertex, label.vertex))
+            // What is forgiven depends on how a drone is in the way.
+            && !self.agent.forgives_some(label.departs);
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
         let known = known && !(self.changes(from, label) && self.is_in_doubt(from));
         let Some(class) = class.filter(|_| known) else {

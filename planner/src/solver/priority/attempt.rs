@@ -18,7 +18,7 @@ use crate::plan::outcome::{Control, Effort, Progress};
 use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Searched, Setting, search};
 use crate::solver::prepare::Job;
-use crate::solver::priority::MOST_SMALL;
+use crate::solver::priority::{MOST_SMALL, UNTABULATED_LATE_STATES, UNTABULATED_STATES};
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 pub(super) const FIRST_WEIGHT: u32 = 500;
@@ -37,6 +37,10 @@ const MOST_SMALL_EXPANSIONS: u64 = 40_000;
 const ALL_SMALL_EXPANSIONS: u64 = 120_000;
 /// Chosen here: what most searches need.
 const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
+
+/// States of one search for a drone that can go on as it does, or wait: chosen here, a tenth of a
+/// second of work.
+const MOST_CHANGED_EXPANSIONS: u64 = 20_000;
 
 /// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
 /// are seldom in one another's way.
@@ -217,19 +221,32 @@ impl<'a> Attempt<'a> {
             ends_at_goal: false,
             careful: false,
             most_expansions: self.most_expansions(),
+            most_untabulated: match self.kept.is_empty() {
+                true => u64::MAX,
+                false => MOST_CHANGED_EXPANSIONS / self.untabulated_states(),
+            },
             stop: self.control.stop,
+        }
+    }
+
+    /// A state without tables takes as long as so many with them.
+    fn untabulated_states(&self) -> u64 {
+        match self.costmap.lingers() {
+            0 => UNTABULATED_STATES,
+            _ => UNTABULATED_STATES * UNTABULATED_LATE_STATES,
         }
     }
 
     /// States of the next search.
     fn most_expansions(&self) -> u64 {
         let spent = self.effort.expansions;
-        let most = match self.is_dear && self.kept.is_empty() {
-            true => {
+        let most = match (self.kept.is_empty(), self.is_dear) {
+            (true, true) => {
                 let left = ALL_SMALL_EXPANSIONS.saturating_sub(spent);
                 left.clamp(LEAST_SMALL_EXPANSIONS, MOST_SMALL_EXPANSIONS)
             }
-            false => MOST_EXPANSIONS,
+            (true, false) => MOST_EXPANSIONS,
+            (false, _) => MOST_CHANGED_EXPANSIONS,
         };
         let left = self
             .gives_up_at
@@ -380,11 +397,13 @@ impl<'a> Attempt<'a> {
             }
             let stay = self.legs[drone.0 as usize].clone();
             self.release(drone);
+            let setting = self.setting();
             let setting = Setting {
                 reservations: None,
                 weights: &immovable,
                 careful: true,
-                ..self.setting()
+                most_expansions: setting.most_expansions.min(setting.most_untabulated),
+                ..setting
             };
             let searched = search(setting, &self.agents[drone.0 as usize]);
             if let Some(path) = self.counted(searched) {
@@ -395,6 +414,29 @@ impl<'a> Attempt<'a> {
             } else {
                 self.reserve(stay);
             }
+        }
+    }
+
+    /// Takes back all that was found, of a few that were to be planned anew: they, and all who were
+    /// to give way to them, keep what they had.
+    pub(super) fn keep_all(&mut self, group: &[DroneId]) {
+        self.waiting.clear();
+        self.unplanned.retain(|(drone, _)| group.contains(drone));
+        for index in 0..self.kept.len() {
+            let drone = DroneId(index as u32);
+            let kept = self.kept[index].clone();
+            if group.contains(&drone) {
+                if self.unplanned.iter().all(|(known, _)| *known != drone) {
+                    self.unplanned.push((drone, FailureKind::Stopped));
+                }
+                self.paths[index] = None;
+                self.release(drone);
+            } else if kept.is_empty() || self.legs[index] == kept {
+                continue;
+            } else {
+                self.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
+            }
+            self.reserve(kept);
         }
     }
 
@@ -412,7 +454,7 @@ impl<'a> Attempt<'a> {
     /// Plans all in the queue, several at a time as if the others of the batch were not there. They
     /// are taken in order, and the drone that is in the way of one before it is planned again. How
     /// many there are in a batch depends on how that went before, and not on the number of threads.
-    /// `false` if it gave up.
+    /// `false` if it gave up, or was stopped where all keep what they had then.
     pub(super) fn run(&mut self, queue: VecDeque<DroneId>) -> bool {
         // Among the threads that share the work: little of it can be handed on from outside.
         rayon::scope(|_| self.run_here(queue))
@@ -428,6 +470,10 @@ impl<'a> Attempt<'a> {
                 return false;
             }
             if (self.control.stop)() {
+                if !self.kept.is_empty() {
+                    self.waiting = queue;
+                    return false;
+                }
                 self.finalise(queue);
                 return true;
             }
@@ -604,7 +650,10 @@ impl<'a> Attempt<'a> {
         }
         let immovable = vec![IMMOVABLE; self.weights.len()];
         let mut times = vec![0; self.weights.len()];
-        let mut left = ALL_EXPANSIONS;
+        let mut left = match &self.reservations {
+            Some(_) => ALL_EXPANSIONS,
+            None => ALL_EXPANSIONS / self.untabulated_states(),
+        };
         while let Some(drone) = displaced.pop_front() {
             let index = drone.0 as usize;
             if self.weights[index] == IMMOVABLE {

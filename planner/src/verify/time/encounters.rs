@@ -32,6 +32,15 @@ pub(crate) struct Encounter {
 /// For every flight, the others near it, by drone and then by time; both clocks may differ by up to
 /// `apart_s` (s), and the time is the flight's own.
 pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>> {
+    encounters_of(scene, apart_s, &|_| true)
+}
+
+/// Those of pairs of which at least one flight is asked for.
+pub(crate) fn encounters_of(
+    scene: &Scene<'_>,
+    apart_s: f64,
+    is_asked: &(dyn Fn(usize) -> bool + Sync),
+) -> Vec<Vec<Encounter>> {
     let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
     let slab_s = scene.last_s / slabs as f64;
     let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
@@ -62,6 +71,7 @@ pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>>
                 // Advected air comes from where its drone was.
                 let since_s = apart.0 - scene.longest_lag_s;
                 let mut pairs = pairs_during(&scene.flights, (since_s, apart.1), &reach);
+                pairs.retain(|(a, b)| is_asked(*a as usize) || is_asked(*b as usize));
                 if scene.longest_lag_s > 0.0 {
                     pairs.retain(|pair| meet_late(scene, *pair, apart, &reach));
                 }

@@ -1,0 +1,166 @@
+//! A plan that changes while it is flown, verified again: a drone is judged anew where it, or one
+//! that may touch it or reach it with its air, has changed, comes near or has gone.
+//!
+//! What is found of a drone depends on its own flight, on the flights near it ([`encounters_of`])
+//! and on what is the same for the whole plan. After the last time all rest: more rest after it
+//! changes nothing. Another flight matters up to the end of the last encounter with it, late air
+//! included; from when on it is another is told by the last break point that both have.
+
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
+
+use super::Judgement;
+use super::scene::Scene;
+use super::time::encounters::{Encounter, encounters_of};
+use crate::plan::{DronePlan, Plan, TrajectoryEntry};
+
+/// What was found of every drone of a plan whose places, air and margins stay as they are. Copies
+/// share it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Judgements {
+    of_drones: FxHashMap<String, Arc<Kept>>,
+}
+
+/// What was found of one drone, and what that depends on.
+#[derive(Debug)]
+struct Kept {
+    judgement: Arc<Judgement>,
+    /// What was judged.
+    flown: Flown,
+    /// Those near it, by name, and until when (s).
+    near: Vec<(String, f64)>,
+}
+
+/// What a drone flies, as far as others and limits are concerned.
+#[derive(Clone, Debug, PartialEq)]
+struct Flown {
+    entry: DronePlan,
+    is_unplanned: bool,
+}
+
+impl Flown {
+    /// Of the drone with this index.
+    fn of(plan: &Plan, index: usize) -> Flown {
+        let drone = &plan.drones[index];
+        let is_unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
+        // Results are none of it.
+        let entry = DronePlan {
+            arrives_s: 0.0,
+            alone_s: 0.0,
+            waits_s: 0.0,
+            detour_m: 0.0,
+            worst_air_mps: 0.0,
+            worst_air_from: None,
+            worst_air_at_s: None,
+            dose_m: 0.0,
+            extra_energy_j: 0.0,
+            extra_energy_percent: 0.0,
+            may_be_late_s: None,
+            ..drone.clone()
+        };
+        Flown {
+            entry,
+            is_unplanned,
+        }
+    }
+
+    /// Since when another is not the same (s); infinite if it is.
+    fn differs_s(&self, other: &Flown) -> f64 {
+        if self == other {
+            return f64::INFINITY;
+        }
+        let [mine, theirs] = [&self.entry, &other.entry];
+        let whole = |it: &DronePlan| DronePlan {
+            at_end: mine.at_end,
+            airborne_s: (it.airborne_s.0, None),
+            trajectory: TrajectoryEntry::default(),
+            ..it.clone()
+        };
+        if whole(mine) != whole(theirs) {
+            return f64::NEG_INFINITY;
+        }
+        let [one, two] = [&mine.trajectory, &theirs.trajectory];
+        let is_same = |k: &usize| {
+            one.t_s.get(*k) == two.t_s.get(*k)
+                && one.position_m.get(*k) == two.position_m.get(*k)
+                && one.mass_kg.get(*k) == two.mass_kg.get(*k)
+                && one.control_m.get(*k) == two.control_m.get(*k)
+        };
+        let shorter = one.t_s.len().min(two.t_s.len());
+        let same = (0..shorter).take_while(is_same).count();
+        // What begins at the last place that both have may differ already.
+        let Some(last) = same.checked_sub(1) else {
+            return f64::NEG_INFINITY;
+        };
+        let ends_s = |it: &DronePlan| it.airborne_s.1.unwrap_or(f64::INFINITY);
+        one.t_s[last].min(ends_s(mine)).min(ends_s(theirs))
+    }
+}
+
+/// What is still true of the flights of a plan, and what the others meet.
+pub(super) struct Known {
+    /// By flight; `None`: it is to be judged.
+    pub(super) judgements: Vec<Option<Arc<Judgement>>>,
+    /// Near each flight that is to be judged.
+    pub(super) near: Vec<Vec<Encounter>>,
+}
+
+impl Judgements {
+    /// What is still true of a plan that was read, where both clocks of a pair may differ by up to
+    /// `apart_s` (s).
+    pub(super) fn still_true(&self, plan: &Plan, scene: &Scene<'_>, apart_s: f64) -> Known {
+        let flights = &scene.flights;
+        let known = |k: usize| self.of_drones.get(&flights[k].name);
+        // Since when each is not what it was (s).
+        let differs_s = |k: usize| match known(k) {
+            Some(known) => known.flown.differs_s(&Flown::of(plan, flights[k].index)),
+            None => f64::NEG_INFINITY,
+        };
+        let differs_s: Vec<f64> = (0..flights.len()).map(differs_s).collect();
+        let by_name = flights.iter().zip(&differs_s);
+        let by_name: FxHashMap<&str, f64> = by_name.map(|(it, s)| (&it.name[..], *s)).collect();
+        let of_other_s = |name: &str| by_name.get(name).copied().unwrap_or(f64::NEG_INFINITY);
+        let with_changed = encounters_of(scene, apart_s, &|k| differs_s[k] < f64::INFINITY);
+        let holds = |k: usize| {
+            let known = known(k).filter(|_| differs_s[k] == f64::INFINITY)?;
+            let before = known.near.iter();
+            let mut before = before.map(|(other, until_s)| (of_other_s(other), *until_s));
+            let now = with_changed[k].iter();
+            let mut now = now.map(|it| (differs_s[it.other], it.span_s.1));
+            // A clock may be ahead. Encounters that another flight has anew end after it differs:
+            // those kept stay all there are.
+            let is_over = |(differs_s, until_s): (f64, f64)| until_s + apart_s < differs_s;
+            let holds = before.all(is_over) && now.all(is_over);
+            holds.then(|| Arc::clone(&known.judgement))
+        };
+        let judgements: Vec<_> = (0..flights.len()).map(holds).collect();
+        let near = encounters_of(scene, apart_s, &|k| judgements[k].is_none());
+        Known { judgements, near }
+    }
+
+    /// Keeps what was found of the flights of a plan for the next time.
+    pub(super) fn keep(
+        &mut self,
+        plan: &Plan,
+        scene: &Scene<'_>,
+        near: &[Vec<Encounter>],
+        judged: &[Arc<Judgement>],
+    ) {
+        let mut before = std::mem::take(&mut self.of_drones);
+        for ((flight, near), judgement) in scene.flights.iter().zip(near).zip(judged) {
+            let known = before.remove(&flight.name);
+            let known = known.filter(|it| Arc::ptr_eq(&it.judgement, judgement));
+            let kept = known.unwrap_or_else(|| {
+                let others = near.iter();
+                let others = others.map(|it| (scene.flights[it.other].name.clone(), it.span_s.1));
+                Arc::new(Kept {
+                    judgement: Arc::clone(judgement),
+                    flown: Flown::of(plan, flight.index),
+                    near: others.collect(),
+                })
+            });
+            self.of_drones.insert(flight.name.clone(), kept);
+        }
+    }
+}
