@@ -454,9 +454,7 @@ impl Costmap {
     fn bears_easily(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
         let gap_m = own.gap_m(&item.footprint);
         let load = u64::from(self.fleet.far_load(part.kind, item.leg.kind, gap_m));
-        let worst = self
-            .far_wakes
-            .worst(self.timeline.ground(), &item.footprint);
+        let worst = self.far_wakes.worst(self.timeline.ground(), item.bins);
         !item.leg.flying || load == 0 || item.peak + worst + load <= u64::from(self.budget)
     }
 
@@ -470,10 +468,10 @@ impl Costmap {
         };
         let (budget, load) = (u64::from(budget), u64::from(load));
         let far_wakes = &self.far_wakes;
-        item.peak + far_wakes.worst(self.timeline.ground(), &item.footprint) + load <= budget
+        item.peak + far_wakes.worst(self.timeline.ground(), item.bins) + load <= budget
             || {
                 let ground = self.timeline.ground();
-                let weak = far_wakes.on(ground, &item.footprint, time.start, time.end);
+                let weak = far_wakes.on(ground, item.bins, time.start, time.end);
                 item.filled(time.start, time.end) + weak + load <= budget
             }
             || load <= budget && self.summed(item, time) + load <= budget
@@ -508,6 +506,9 @@ impl Costmap {
         let mut met = std::mem::take(&mut verdict.met);
         met.clear();
         self.close_to(part, |_, item| {
+            if !self.is_in_time(part, &item.leg) {
+                return;
+            }
             let (mine, theirs) = (part.kind, item.leg.kind);
             let gap_m = own.gap_m(&item.footprint);
             let tight = exactly || gap_m < self.fleet.tight_m(mine, theirs);
@@ -520,16 +521,15 @@ impl Costmap {
                 0
             };
             if load > 0 {
-                met.push((
-                    self.incoming(part, &item.leg, load),
-                    self.span(part, item, Why::OwnLimit),
-                ));
+                met.push(self.met(part, item, load));
             }
         });
         let emits = part.flying && self.fleet.conditions().wakes;
         let enough = !emits || {
             let ground = self.timeline.ground();
-            let weak = self.far_wakes.on(ground, &own, part.start, part.end);
+            let weak = self
+                .far_wakes
+                .on(ground, ground.bins(&own), part.start, part.end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(budget)
@@ -549,7 +549,11 @@ impl Costmap {
         met: &[(Incoming, [Tick; 2])],
         verdict: &mut Verdict,
     ) -> bool {
-        let begins = met.iter().map(|(incoming, _)| incoming.start);
+        // A sum only grows where something begins.
+        let begins = met
+            .iter()
+            .filter(|(it, _)| part.start < it.start && it.start < it.end);
+        let begins = begins.map(|(incoming, _)| incoming.start);
         for moment in std::iter::once(part.start).chain(begins) {
             let lasts = |it: &Incoming| it.start <= moment && moment < it.end;
             let together = || met.iter().filter(|(it, _)| lasts(it));
@@ -628,10 +632,7 @@ impl Costmap {
         for item in self.near(part) {
             let load = self.judge_one((part, budget), end_z_m, item, verdict);
             if load > 0 {
-                met.push((
-                    self.incoming(part, &item.leg, load),
-                    self.span(part, item, Why::OwnLimit),
-                ));
+                met.push(self.met(part, item, load));
             }
         }
         self.block_sums(part, [0, budget], true, &met, verdict);
@@ -640,6 +641,34 @@ impl Costmap {
     /// How much earlier or later one drone may be, seen from another (ticks).
     fn shift(&self) -> u32 {
         self.fleet.conditions().shift
+    }
+
+    /// What a part meets of a leg's wake, and while the whole leg may be in its way.
+    fn met(&self, part: &Leg, item: &Item, load: u32) -> (Incoming, [Tick; 2]) {
+        let late = self.shift() + self.fleet.delay_between(&item.leg, part);
+        let time = part.within(&item.leg, [self.shift(), late]);
+        let incoming = Incoming {
+            from: item.leg.drone,
+            start: time.start,
+            end: time.end,
+            load,
+        };
+        let span = [item.began.before(self.shift()), item.clear.after(late)];
+        (incoming, span)
+    }
+
+    /// Whether a part and a leg are under way together, or the air of one is with the other.
+    fn is_in_time(&self, part: &Leg, other: &Leg) -> bool {
+        let shift = self.shift();
+        if part.end.after(shift) <= other.start {
+            let late = self.fleet.delay_between(part, other);
+            return part.end.after(shift + late) > other.start;
+        }
+        if other.end.after(shift) <= part.start {
+            let late = self.fleet.delay_between(other, part);
+            return other.end.after(shift + late) > part.start;
+        }
+        true
     }
 
     /// While a whole leg may be in the way of a part.

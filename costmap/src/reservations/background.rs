@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::leg::{Leg, Tick};
-use crate::reservations::ground::{Footprint, Ground};
+use crate::reservations::ground::{Bins, Footprint, Ground};
 use crate::reservations::over_time::{BUCKET_TICKS, OverTime, begins, buckets, spans};
 use crate::wake::fleet::Fleet;
 
@@ -73,10 +73,8 @@ impl FarWakes {
         }
     }
 
-    /// The most that far wakes bring to a drone within a footprint, at any moment between two
-    /// ticks.
-    pub(crate) fn on(&self, ground: &Ground, at: &Footprint, start: Tick, end: Tick) -> u64 {
-        let bins = ground.bins(at);
+    /// The most that far wakes bring to a drone over some bins, at any moment between two ticks.
+    pub(crate) fn on(&self, ground: &Ground, bins: Bins, start: Tick, end: Tick) -> u64 {
         let mut most = 0;
         for sums in self.sums.during(buckets(start, end)) {
             for row in ground.rows(bins) {
@@ -93,9 +91,9 @@ impl FarWakes {
         u64::from(self.worst[bin])
     }
 
-    /// The same within a footprint.
-    pub(crate) fn worst(&self, ground: &Ground, at: &Footprint) -> u64 {
-        let bins = ground.rows(ground.bins(at)).flatten();
+    /// The same over some bins.
+    pub(crate) fn worst(&self, ground: &Ground, bins: Bins) -> u64 {
+        let bins = ground.rows(bins).flatten();
         bins.map(|bin| self.worst_in(bin)).max().unwrap_or(0)
     }
 }

@@ -30,7 +30,8 @@ pub struct Item {
     pub peak: u64,
     /// All wakes that it meets, however weak and far off, once they were asked for.
     pub all_met: OnceLock<Vec<Incoming>>,
-    bins: Bins,
+    /// The bins that it is over.
+    pub(crate) bins: Bins,
 }
 
 impl Item {
@@ -57,6 +58,8 @@ struct Visit {
     /// Latest end of this and all before it in the bin.
     latest: Tick,
     item: u32,
+    /// Those of the item.
+    bins: Bins,
 }
 
 /// The legs over a bin.
@@ -77,6 +80,17 @@ impl Bin {
         let at = kept.partition_point(|known| known.start <= visit.start);
         kept.insert(at, visit);
         settle_latest(kept, at);
+    }
+
+    /// In order of time between two ticks, those that never end last.
+    fn during(&self, start: Tick, end: Tick) -> impl Iterator<Item = &Visit> {
+        let first = self.passing.partition_point(|visit| visit.latest <= start);
+        let passing = self.passing[first..].iter();
+        let staying = self.staying.iter();
+        passing
+            .take_while(move |visit| visit.start < end)
+            .filter(move |visit| visit.end > start)
+            .chain(staying.take_while(move |visit| visit.start < end))
     }
 
     fn remove(&mut self, item: u32) {
@@ -165,6 +179,7 @@ impl Timeline {
                 end: leg.end,
                 latest: leg.end,
                 item: index,
+                bins,
             });
         }
         index
@@ -230,23 +245,16 @@ impl Timeline {
     ) {
         let bins = self.ground.bins(footprint);
         for bin in self.ground.rows(bins).flatten() {
-            for (index, item) in self.over(bin, start, end) {
-                if self.ground.is_first_common(bin, bins, item.bins) {
-                    f(index, item);
-                }
+            let visits = self.bins[bin].during(start, end);
+            for visit in visits.filter(|it| self.ground.is_first_common(bin, bins, it.bins)) {
+                f(visit.item, &self.items[visit.item as usize]);
             }
         }
     }
 
     /// Every item over a bin between two ticks: in order of time, those that never end last.
     pub fn over(&self, bin: usize, start: Tick, end: Tick) -> impl Iterator<Item = (u32, &Item)> {
-        let Bin { passing, staying } = &self.bins[bin];
-        let first = passing.partition_point(|visit| visit.latest <= start);
-        let visits = passing[first..]
-            .iter()
-            .take_while(move |visit| visit.start < end)
-            .filter(move |visit| visit.end > start)
-            .chain(staying.iter().take_while(move |visit| visit.start < end));
+        let visits = self.bins[bin].during(start, end);
         visits.map(|visit| (visit.item, &self.items[visit.item as usize]))
     }
 }

@@ -5,7 +5,7 @@
 //! the pairs, so that everything asked here has a closed form: the nearest distance to a vertical
 //! axis, and the least and greatest delay between the two with which the volume is met.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::downwash::Section;
 
@@ -42,26 +42,23 @@ impl Moments {
         corners.iter().zip(corners.iter().cycle().skip(1))
     }
 
-    /// The part where a linear function is not negative.
-    fn clip(&self, value: impl Fn(&[f64; 2]) -> f64) -> Moments {
+    /// Leaves the part where a linear function is not negative.
+    fn clip(&mut self, value: impl Fn(&[f64; 2]) -> f64) {
         if self.corners().iter().all(|corner| value(corner) >= 0.0) {
-            return *self;
+            return;
         }
-        let mut kept = Moments {
-            corners: [[0.0; 2]; MOST_CORNERS],
-            count: 0,
-        };
-        for (here, next) in self.edges() {
+        let whole = *self;
+        self.count = 0;
+        for (here, next) in whole.edges() {
             let (a, b) = (value(here), value(next));
             if a >= 0.0 {
-                kept.push(*here);
+                self.push(*here);
             }
             if (a < 0.0) != (b < 0.0) {
                 let share = a / (a - b);
-                kept.push([0, 1].map(|axis| here[axis] + share * (next[axis] - here[axis])));
+                self.push([0, 1].map(|axis| here[axis] + share * (next[axis] - here[axis])));
             }
         }
-        kept
     }
 
     fn push(&mut self, corner: [f64; 2]) {
@@ -119,18 +116,18 @@ impl Relative {
     /// The part in which the mover's moment is later than the reference's by no less than `least`
     /// and no more than `most`; `None`: there is none.
     pub fn delayed(mut self, [least, most]: [f64; 2]) -> Option<Self> {
-        self.moments = self.moments.clip(|[left, met]| met - left - least);
-        self.moments = self.moments.clip(|[left, met]| most - (met - left));
+        self.moments.clip(|[left, met]| met - left - least);
+        self.moments.clip(|[left, met]| most - (met - left));
         (self.moments.count > 0).then_some(self)
     }
 
     /// The part in which the mover is no less and no more than so far below the reference; `None`:
     /// there is none.
     pub fn between_depths(mut self, [shallow, deep]: [f64; 2]) -> Option<Self> {
-        let whole = self;
-        let depth = |at: &[f64; 2]| -whole.offset(*at).z;
-        self.moments = self.moments.clip(|at| depth(at) - shallow);
-        self.moments = self.moments.clip(|at| deep - depth(at));
+        let (origin, mover, reference) = (self.origin.z, self.mover.z, self.reference.z);
+        let depth = |[left, met]: &[f64; 2]| -(origin + mover * met - reference * left);
+        self.moments.clip(|at| depth(at) - shallow);
+        self.moments.clip(|at| deep - depth(at));
         (self.moments.count > 0).then_some(self)
     }
 
@@ -161,12 +158,17 @@ impl Relative {
         if self.passes(&axis) {
             return 0.0;
         }
-        let side = |(a, b): (&[f64; 2], &[f64; 2])| {
-            nearest_radius_m(&(self.offset(*a) - axis), &(self.offset(*b) - axis))
+        let aside = |moments: &[f64; 2]| (self.offset(*moments) - axis).xy();
+        let Some(last) = self.moments.corners().last() else {
+            return f64::INFINITY;
         };
-        (self.moments.edges())
-            .map(side)
-            .fold(f64::INFINITY, f64::min)
+        let (mut from, mut square) = (aside(last), f64::INFINITY);
+        for corner in self.moments.corners() {
+            let to = aside(corner);
+            square = nearest_square(&from, &to).min(square);
+            from = to;
+        }
+        square.sqrt()
     }
 
     /// Whether it meets the axis inside. Where both fly along one line, or one stays, the nearest
@@ -187,8 +189,9 @@ impl Relative {
     /// mover's centre is in a section that hangs below the reference; `None`: it never is.
     pub fn delays_in(&self, section: &Section) -> Option<[f64; 2]> {
         let depth = |moments: &[f64; 2]| -self.offset(*moments).z;
-        let within = self.moments.clip(|at| depth(at) - section.from_depth_m);
-        let within = within.clip(|at| section.to_depth_m - depth(at));
+        let mut within = self.moments;
+        within.clip(|at| depth(at) - section.from_depth_m);
+        within.clip(|at| section.to_depth_m - depth(at));
         let height = section.height_m();
         let widening = if height > 0.0 {
             (section.to_radius_m - section.from_radius_m) / height
@@ -317,13 +320,18 @@ fn roots(square: f64, half: f64, rest: f64) -> [f64; 2] {
 
 /// Smallest horizontal distance of a straight path from the vertical axis.
 pub fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
-    let (from_m, path_m) = (from_m.xy(), to_m.xy() - from_m.xy());
-    let length_square = path_m.norm_squared();
+    nearest_square(&from_m.xy(), &to_m.xy()).sqrt()
+}
+
+/// Square of the smallest distance of a straight path from the origin.
+fn nearest_square(from: &Vector2<f64>, to: &Vector2<f64>) -> f64 {
+    let path = to - from;
+    let length_square = path.norm_squared();
     if length_square < 1e-18 {
-        return from_m.norm();
+        return from.norm_squared();
     }
-    let at = (-from_m.dot(&path_m) / length_square).clamp(0.0, 1.0);
-    (from_m + path_m * at).norm()
+    let at = (-from.dot(&path) / length_square).clamp(0.0, 1.0);
+    (from + path * at).norm_squared()
 }
 
 #[cfg(test)]

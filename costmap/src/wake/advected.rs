@@ -105,12 +105,19 @@ impl Fleet {
     /// that left, while either of them may be up to `shift` ticks earlier or later (m, ticks);
     /// `None`: no air reaches it in time.
     pub(crate) fn exposed(&self, receiver: &Leg, emitter: &Leg, shift: u32) -> Option<Relative> {
-        advected(
-            emitter,
-            receiver,
-            self.delay_between(emitter, receiver),
-            shift,
-        )
+        let delay = self.delay_between(emitter, receiver);
+        self.exposed_late(receiver, emitter, delay, shift)
+    }
+
+    /// The same where the longest delay between the two is known (ticks).
+    pub(crate) fn exposed_late(
+        &self,
+        receiver: &Leg,
+        emitter: &Leg,
+        delay: u32,
+        shift: u32,
+    ) -> Option<Relative> {
+        advected(emitter, receiver, delay, shift)
     }
 
     /// Whether wakes take their time.

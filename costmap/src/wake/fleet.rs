@@ -404,7 +404,7 @@ impl Fleet {
             (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
         };
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
-        let apart_m = apart(0).hypot(apart(1));
+        let apart_m = (apart(0).powi(2) + apart(1).powi(2)).sqrt();
         if apart_m >= reach_m {
             return None;
         }
@@ -416,7 +416,7 @@ impl Fleet {
         let gap_m = self.gap_m(first, second);
         // Seen from either the same to the last bit.
         meeting.bodies = match shift {
-            _ if apart_m.hypot(apart(2)) >= gap_m => false,
+            _ if apart_m.powi(2) + apart(2).powi(2) >= gap_m.powi(2) => false,
             0 => (at_once_m(one, other))
                 .is_some_and(|[from_m, to_m]| nearest_distance_m(&from_m, &to_m) < gap_m),
             _ => self.shared(one, other, shift).is_some_and(|region| {
@@ -437,35 +437,41 @@ impl Fleet {
     /// fills (millionths), which ends at a height (m); the legs stay so far apart (m, level).
     fn late_wake(&self, [emitter, receiver]: [&Leg; 2], end_z_m: f64, apart_m: f64) -> (bool, u32) {
         let highest_m = |leg: &Leg| leg.from_m.z.max(leg.to_m.z);
-        let lowest_m = receiver.from_m.z.min(receiver.to_m.z);
+        let lowest_m = |leg: &Leg| leg.from_m.z.min(leg.to_m.z);
+        let depths_m = [
+            lowest_m(emitter) - highest_m(receiver),
+            highest_m(emitter) - lowest_m(receiver),
+        ];
         if highest_m(receiver) < end_z_m - 1e-6
-            || highest_m(emitter) + 2.0 * self.conditions.astray_m <= lowest_m
+            || depths_m[1] + 2.0 * self.conditions.astray_m <= 0.0
+        {
+            return (false, 0);
+        }
+        let shift = self.conditions.shift;
+        let delay = self.delay_between(emitter, receiver);
+        if receiver.end.after(shift) <= emitter.start
+            || emitter.end.after(delay + shift) <= receiver.start
         {
             return (false, 0);
         }
         // Most are beside one another wherever they are.
         let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
         let (envelope, column) = (self.envelope(kinds[0], kinds[1]), &self.columns[kinds[0]]);
-        let lowest_of_m = emitter.from_m.z.min(emitter.to_m.z);
-        let depths_m = [
-            lowest_of_m - highest_m(receiver),
-            highest_m(emitter) - lowest_m,
-        ];
+        let may_enter = apart_m < column.from_radius_m.max(column.to_radius_m)
+            && depths_m[0] <= column.to_depth_m + 1e-6
+            && column.from_depth_m <= depths_m[1] + 1e-6;
         let beside_m = |[x, y]: [f64; 2]| (apart_m - x.hypot(y)).max(0.0);
-        if apart_m >= column.from_radius_m.max(column.to_radius_m)
-            && envelope.highest_among(depths_m, beside_m) == 0.0
-        {
+        if !may_enter && envelope.highest_among(depths_m, beside_m) == 0.0 {
             return (false, 0);
         }
-        let climbs = [emitter, receiver]
-            .iter()
-            .any(|leg| leg.from_m.z != leg.to_m.z);
-        if climbs || !(emitter.stays() || receiver.stays()) {
-            return self.shifted_wake(emitter, receiver, self.conditions.shift);
+        if emitter.from_m.z != emitter.to_m.z
+            || receiver.from_m.z != receiver.to_m.z
+            || !(emitter.stays() || receiver.stays())
+        {
+            return self.late_wake_in_region([emitter, receiver], delay, may_enter);
         }
         // Past what stays where it is, early and late are places on one line, at one depth.
         let path_m = |late: u32| {
-            let shift = self.conditions.shift;
             let (mover, time) = match emitter.stays() {
                 true => (receiver, receiver.within(emitter, [shift, shift + late])),
                 false => (emitter, emitter.within(receiver, [shift + late, shift])),
@@ -477,16 +483,78 @@ impl Fleet {
             (time.start < time.end).then(|| [offset_m(time.start), offset_m(time.end)])
         };
         // Columns go by places at once.
-        let entered = path_m(0).is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m));
-        let Some([from_m, to_m]) = path_m(self.delay_between(emitter, receiver)) else {
+        let is_entered = |[from_m, to_m]: [Vector3<f64>; 2]| column.is_entered(&from_m, &to_m);
+        let entered = may_enter && path_m(0).is_some_and(is_entered);
+        let Some([from_m, to_m]) = path_m(delay) else {
             return (entered, 0);
         };
         let square = envelope.along(&from_m, &to_m).peak_square;
-        let load = match square > 0.0 {
+        (entered, self.load_above_0(emitter, receiver, square))
+    }
+
+    /// The same of legs of which both move, or one changes its height; the air is late by so much
+    /// (ticks), at most.
+    fn late_wake_in_region(
+        &self,
+        [emitter, receiver]: [&Leg; 2],
+        delay: u32,
+        may_enter: bool,
+    ) -> (bool, u32) {
+        let shift = self.conditions.shift;
+        let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+        let (envelope, column) = (self.envelope(kinds[0], kinds[1]), &self.columns[kinds[0]]);
+        let Some(whole) = self.exposed_late(receiver, emitter, delay, shift) else {
+            return (false, 0);
+        };
+        // Columns go by places at once.
+        let entered = may_enter
+            && match shift {
+                0 => at_once_m(receiver, emitter)
+                    .is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m)),
+                _ => (self.shared(receiver, emitter, shift))
+                    .is_some_and(|it| it.delays_in(column).is_some()),
+            };
+        let [shallow_m, deep_m] = whole.depths();
+        let below_m = whole.nearest([0.0; 2]);
+        let nearest_m = |axis_m: [f64; 2]| match axis_m {
+            [0.0, 0.0] => below_m,
+            _ => whole.nearest(axis_m),
+        };
+        let mut square = envelope.highest_among([shallow_m, deep_m], nearest_m);
+        let climbs = emitter.from_m.z != emitter.to_m.z || receiver.from_m.z != receiver.to_m.z;
+        if square > 0.0 && climbs {
+            // Depth and distance are bounded apart, and air is older the deeper: in slabs.
+            let astray_m = 2.0 * self.conditions.astray_m;
+            let shallow_m = shallow_m.max(-astray_m);
+            let slabs = ((deep_m - shallow_m) / CLIMB_STEP_M).ceil().max(1.0) as u32;
+            let edge_m =
+                |k: u32| shallow_m + (deep_m - shallow_m) * f64::from(k) / f64::from(slabs);
+            square = 0.0;
+            for k in 0..slabs {
+                let edges_m = [edge_m(k), edge_m(k + 1)];
+                if envelope.highest_among(edges_m, nearest_m) <= square {
+                    continue;
+                }
+                let late = self.delay_ticks(emitter.kind, edges_m[1] + astray_m) + shift;
+                let slab = whole
+                    .between_depths(edges_m)
+                    .and_then(|slab| slab.delayed([-f64::from(shift), f64::from(late)]));
+                if let Some(slab) = slab {
+                    let highest =
+                        envelope.highest_among(slab.depths(), |axis_m| slab.nearest(axis_m));
+                    square = highest.max(square);
+                }
+            }
+        }
+        (entered, self.load_above_0(emitter, receiver, square))
+    }
+
+    /// [`Fleet::load_of`] of a wake that may bring nothing at all.
+    fn load_above_0(&self, emitter: &Leg, receiver: &Leg, square: f64) -> u32 {
+        match square > 0.0 {
             true => self.load_of(emitter, receiver, square),
             false => 0,
-        };
-        (entered, load)
+        }
     }
 
     /// Extra energy of two drones on legs that meet, in seconds of hovering: of air at the delay of
@@ -613,7 +681,8 @@ impl Fleet {
     }
 
     /// Whether the receiver may be in the emitter's column, and a bound on its budget that the wake
-    /// fills (millionths), either of them up to `shift` ticks early or late.
+    /// fills (millionths), either of them up to `shift` ticks early or late: of wakes that follow at
+    /// once.
     fn shifted_wake(&self, emitter: &Leg, receiver: &Leg, shift: u32) -> (bool, u32) {
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
         let highest = |region: &Relative| {
@@ -623,42 +692,8 @@ impl Fleet {
             return (false, 0);
         };
         let column = &self.columns[usize::from(emitter.kind.0)];
-        // Columns go by places at once.
-        let entered = match (self.is_advected(), shift) {
-            (true, 0) => at_once_m(receiver, emitter)
-                .is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m)),
-            (true, _) => (self.shared(receiver, emitter, shift))
-                .is_some_and(|it| it.delays_in(column).is_some()),
-            (false, _) => whole.delays_in(column).is_some(),
-        };
+        let entered = whole.delays_in(column).is_some();
         let mut square = highest(&whole);
-        // Depth and distance are bounded apart, and air is older the deeper: where depths change,
-        // in slabs.
-        if self.is_advected() {
-            let [shallow_m, deep_m] = whole.depths();
-            let astray_m = 2.0 * self.conditions.astray_m;
-            let shallow_m = shallow_m.max(-astray_m);
-            let slabs = ((deep_m - shallow_m) / CLIMB_STEP_M).ceil().max(1.0) as u32;
-            let climbs = [emitter, receiver]
-                .iter()
-                .any(|leg| leg.from_m.z != leg.to_m.z);
-            if square > 0.0 && climbs {
-                let edge_m =
-                    |k: u32| shallow_m + (deep_m - shallow_m) * f64::from(k) / f64::from(slabs);
-                let of_slab = |k: u32| {
-                    let late = self.delay_ticks(emitter.kind, edge_m(k + 1) + astray_m) + shift;
-                    let slab = whole.between_depths([edge_m(k), edge_m(k + 1)])?;
-                    let slab = slab.delayed([-f64::from(shift), f64::from(late)])?;
-                    Some(highest(&slab))
-                };
-                square = (0..slabs).filter_map(of_slab).fold(0.0, f64::max);
-            }
-            let load = match square > 0.0 {
-                true => self.load_of(emitter, receiver, square),
-                false => 0,
-            };
-            return (entered, load);
-        }
         // Where both change, in pieces.
         let climbs_m = [emitter, receiver].map(|leg| (leg.to_m.z - leg.from_m.z).abs());
         let pieces = ((climbs_m[0] + climbs_m[1]) / CLIMB_STEP_M).ceil() as u32;
@@ -676,11 +711,7 @@ impl Fleet {
                 })
                 .fold(0.0, f64::max);
         }
-        let load = match square > 0.0 {
-            true => self.load_of(emitter, receiver, square),
-            false => 0,
-        };
-        (entered, load)
+        (entered, self.load_above_0(emitter, receiver, square))
     }
 
     /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies

@@ -101,7 +101,7 @@ impl Distances {
         let mut at = from;
         while at != self.goal {
             let mut next = None;
-            self.mover.steps_from(roadmap, at, |to, ticks| {
+            self.mover.steps_from(roadmap, at, |to, ticks, _| {
                 let edge = known(to).map(|rest| (ticks.saturating_add(rest), to));
                 next = next.into_iter().chain(edge).min();
             });

@@ -15,6 +15,7 @@
 
 use std::rc::Rc;
 
+use costmap::leg::Leg;
 use costmap::verdict::{Blocker, Verdict};
 
 use crate::graph::agent::Agent;
@@ -74,6 +75,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
     let mut expansions = 0;
     let mut heuristic = None;
+    let mut free = Vec::new();
     let stays = Rc::new(Stays::new(&setting, agent));
     let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
     for left in (0..tries).rev() {
@@ -91,7 +93,8 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             }
             break;
         };
-        let (against, is_new) = objections(&setting, agent, path, Rc::make_mut(&mut refuted));
+        let (against, is_new) =
+            objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
         if against.is_allowed() || (left == 0 || !is_new) && gives_way(&setting, path, &against) {
             return searched;
         }
@@ -114,7 +117,13 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         && agent.smoothing.is_some()
     {
         // Changes of velocity that follow one another closely were judged one by one.
-        let (against, _) = objections(&whole, agent, path, &mut Refuted::default());
+        let (against, _) = objections(
+            &whole,
+            agent,
+            path,
+            &mut Vec::new(),
+            &mut Refuted::default(),
+        );
         if !gives_way(&whole, path, &against) {
             searched.found = Found::Blocked(None);
         }
@@ -145,11 +154,12 @@ fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
 }
 
 /// What the costmap has against a path that was not thought of, and whether any of it is new: it is
-/// refuted then.
+/// refuted then. Legs that are `free` need not be judged, and those that are join them.
 fn objections(
     setting: &Setting<'_>,
     agent: &Agent,
     path: &Path,
+    free: &mut Vec<Leg>,
     refuted: &mut Refuted,
 ) -> (Verdict, bool) {
     let lattice = setting.roadmap.lattice();
@@ -163,10 +173,22 @@ fn objections(
         .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
     let is_met = |it: &Blocker| path.met.contains(&it.drone) && !setting.is_under_way(it);
     for leg in ahead {
-        let is_known = |it: &Blocker| is_met(it) || agent.forgives(it, leg.start);
+        if free.contains(leg) {
+            continue;
+        }
+        // Who is met gives way on this path, and not on the next.
+        let mut meets_any = false;
+        let mut is_known = |it: &Blocker| {
+            let is_known = is_met(it) || agent.forgives(it, leg.start);
+            meets_any |= is_known;
+            is_known
+        };
         let mut against = Verdict::default();
-        setting.add_unknown(leg, &is_known, &mut against);
+        setting.add_unknown(leg, &mut is_known, &mut against);
         if against.is_allowed() {
+            if !meets_any {
+                free.push(*leg);
+            }
             continue;
         }
         let meant = (path.legs.iter()).filter(|it| it.start < leg.end && leg.start < it.end);
@@ -196,7 +218,7 @@ fn look<'a>(
         let (refuted, stays) = (refuted.clone(), stays.clone());
         Search::new(setting, agent, refuted, by, stays, weight_shift)
     };
-    if !is_crowded(&setting, agent) {
+    if refuted.is_empty() && !is_crowded(&setting, agent) {
         let far = u64::from(agent.alone_ticks) / TICKS_A_STATE;
         let mut search = begun(Heuristic::plain(setting, agent), PLAIN_SHIFT);
         let found = search.run(setting.most_expansions.min(PLAIN_STATES + far));

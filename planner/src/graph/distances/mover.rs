@@ -125,26 +125,26 @@ impl Mover {
         roadmap.open_steps(self.radius_m).filter(|_| on_lattice)
     }
 
-    /// Calls `f` with the places that it may step to, in ascending order, and the ticks that each
-    /// takes.
+    /// Calls `f` with the places that it may step to, in ascending order, the ticks that each
+    /// takes, and which of [`NEIGHBOURS`] it is, where that is known at once.
     pub(crate) fn steps_from(
         &self,
         roadmap: &Roadmap,
         from: Vertex,
-        mut f: impl FnMut(Vertex, u32),
+        mut f: impl FnMut(Vertex, u32, Option<usize>),
     ) {
         let fitting = |(to, edge): (Vertex, Edge)| Some((to, self.ticks(roadmap, to, edge)?));
         let open = roadmap.open_steps(self.radius_m);
         let Some(open) = open.filter(|_| !roadmap.is_stop(from)) else {
             let edges = roadmap.edges(from).filter_map(fitting);
-            return edges.for_each(|(to, ticks)| f(to, ticks));
+            return edges.for_each(|(to, ticks)| f(to, ticks, None));
         };
         for (n, to) in roadmap.lattice().stepped(from, open[from as usize]) {
-            f(to, self.steps[n]);
+            f(to, self.steps[n], Some(n));
         }
         if !self.stops.is_empty() {
             let edges = roadmap.edges_beyond(from).filter_map(fitting);
-            edges.for_each(|(to, ticks)| f(to, ticks));
+            edges.for_each(|(to, ticks)| f(to, ticks, None));
         }
     }
 

@@ -56,6 +56,11 @@ impl Refuted {
         is_new || self.doubted.insert(ends)
     }
 
+    /// Whether there is nothing of the kind.
+    pub(super) fn is_empty(&self) -> bool {
+        self.steps.is_empty() && self.doubted.is_empty() && self.full.is_empty()
+    }
+
     /// Whether a step or a stay has to be judged in full.
     pub(super) fn doubts(&self, ends: (Vertex, Vertex)) -> bool {
         self.doubted.contains(&ends)
@@ -153,7 +158,7 @@ impl<'a> Setting<'a> {
     pub(crate) fn add_unknown(
         &self,
         leg: &Leg,
-        is_known: &impl Fn(&Blocker) -> bool,
+        is_known: &mut impl FnMut(&Blocker) -> bool,
         against: &mut Verdict,
     ) {
         let mut verdict = Verdict::default();

@@ -346,52 +346,54 @@ impl<'a> Search<'a> {
             _ => most,
         };
         let agent = self.agent;
-        agent.mover.steps_from(roadmap, label.vertex, |to, ticks| {
-            let (departs, heading, turned) = self.following(&label, to, ticks);
-            let at = departs.after(ticks);
-            let node = self.nodes.flying(label.waypoint, to);
-            let Some(least) = self.least(node, label.waypoint, label.paid, at) else {
-                return;
-            };
-            // Mostly that alone is too dear.
-            let remaining = self.nodes.remaining(node);
-            let total = weighted(least, remaining, self.weight_shift);
-            if total > most {
-                next = next.min(total);
-                return;
-            }
-            let step = Label {
-                vertex: to,
-                grounded: false,
-                step: Step::Move,
-                departs,
-                at,
-                heading,
-                turned,
-                parent: index,
-                judged: false,
-                expanded: None,
-                ..label
-            };
-            if self.nodes.is_covered(node, &step) {
-                return;
-            }
-            let Some(cost) = self.cost(node, &step) else {
-                return;
-            };
-            let total = weighted(cost, remaining, self.weight_shift);
-            if total > most {
-                next = next.min(total);
-            } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
-                self.open.push(Open {
-                    total,
-                    remaining,
-                    is_bound: !self.nodes.is_final(node),
-                    label: self.labels.len() as u32,
-                });
-                self.labels.push(step);
-            }
-        });
+        agent
+            .mover
+            .steps_from(roadmap, label.vertex, |to, ticks, n| {
+                let (departs, heading, turned) = self.following(&label, to, ticks, n);
+                let at = departs.after(ticks);
+                let node = self.nodes.flying(label.waypoint, to);
+                let Some(least) = self.least(node, label.waypoint, label.paid, at) else {
+                    return;
+                };
+                // Mostly that alone is too dear.
+                let remaining = self.nodes.remaining(node);
+                let total = weighted(least, remaining, self.weight_shift);
+                if total > most {
+                    next = next.min(total);
+                    return;
+                }
+                let step = Label {
+                    vertex: to,
+                    grounded: false,
+                    step: Step::Move,
+                    departs,
+                    at,
+                    heading,
+                    turned,
+                    parent: index,
+                    judged: false,
+                    expanded: None,
+                    ..label
+                };
+                if self.nodes.is_covered(node, &step) {
+                    return;
+                }
+                let Some(cost) = self.cost(node, &step) else {
+                    return;
+                };
+                let total = weighted(cost, remaining, self.weight_shift);
+                if total > most {
+                    next = next.min(total);
+                } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
+                    self.open.push(Open {
+                        total,
+                        remaining,
+                        is_bound: !self.nodes.is_final(node),
+                        label: self.labels.len() as u32,
+                    });
+                    self.labels.push(step);
+                }
+            });
         self.labels[index as usize].expanded = Some(PartialExpansion {
             upto: most,
             weight_shift: self.weight_shift,
@@ -435,13 +437,23 @@ impl<'a> Search<'a> {
     }
 
     /// When a drone in a state can go on to another place at the earliest, where that takes so many
-    /// ticks; along which step, and since when it has that heading.
-    fn following(&mut self, label: &Label, to: Vertex, ticks: u32) -> (Tick, Heading, Tick) {
+    /// ticks and is this one of its neighbours, if it is known; along which step, and since when it
+    /// has that heading.
+    fn following(
+        &mut self,
+        label: &Label,
+        to: Vertex,
+        ticks: u32,
+        n: Option<usize>,
+    ) -> (Tick, Heading, Tick) {
         let agent = self.agent;
         let Some(smoothing) = &agent.smoothing else {
             return (label.at, AT_REST, Tick(0));
         };
-        let heading = self.heading(label.vertex, to);
+        let heading = match n {
+            Some(n) => n as Heading,
+            None => self.heading(label.vertex, to),
+        };
         if label.heading == AT_REST {
             // Its first motion takes so long to begin, however long it has waited before.
             let begins = match self.agent.begun.is_empty() {

@@ -627,10 +627,10 @@ impl<'a> Attempt<'a> {
             ..self.setting()
         };
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
-        let is_known = |blocker: &Blocker| path.met.contains(&blocker.drone);
+        let mut is_known = |blocker: &Blocker| path.met.contains(&blocker.drone);
         flown.iter().all(|leg| {
             let mut against = Verdict::default();
-            setting.add_unknown(leg, &is_known, &mut against);
+            setting.add_unknown(leg, &mut is_known, &mut against);
             against.is_allowed()
         })
     }
