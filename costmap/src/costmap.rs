@@ -441,7 +441,7 @@ impl Costmap {
             let first = items.partition_point(|&it| self.timeline.item(it).leg.end <= since);
             let lasting = items[first..].iter().map(|&item| self.timeline.item(item));
             for item in lasting.take_while(|item| item.leg.start < until) {
-                if !self.bears_easily(&part, &own, item) {
+                if self.is_in_time(&part, &item.leg) && !self.bears_easily(&part, &own, item) {
                     let end_z_m = self.wake_end_z_m(&part);
                     self.judge_one((&part, budget), end_z_m, item, verdict);
                 }

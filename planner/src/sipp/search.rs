@@ -13,6 +13,7 @@
 //! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals
 //! within it are dropped, and the neighbouring places are reached in each of their own intervals.
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use costmap::leg::Leg;
@@ -24,6 +25,7 @@ use crate::sipp::goal_occupancy::Stays;
 mod answer;
 mod heuristic;
 mod label;
+mod memo;
 mod met;
 mod node;
 pub(crate) mod setting;
@@ -31,6 +33,7 @@ mod walk;
 
 pub(crate) use answer::{Found, Obstruction, Obstructor, Path, Searched, joined};
 use heuristic::Heuristic;
+use memo::Memo;
 use setting::Refuted;
 pub(crate) use setting::{IMMOVABLE, Setting};
 use walk::Search;
@@ -76,6 +79,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut expansions = 0;
     let mut heuristic = None;
     let mut free = Vec::new();
+    let memo = Rc::new(RefCell::new(Memo::default()));
     let stays = Rc::new(Stays::new(&setting, agent));
     let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
     for left in (0..tries).rev() {
@@ -84,7 +88,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             most_expansions: setting.most_expansions.saturating_sub(expansions),
             ..setting
         };
-        let mut searched = look(rest, agent, &refuted, &stays, &mut heuristic);
+        let mut searched = look(rest, agent, &refuted, (&stays, &memo), &mut heuristic);
         expansions += searched.expansions;
         searched.expansions = expansions;
         let Found::Path(path) = &mut searched.found else {
@@ -111,7 +115,8 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         },
         ..setting
     };
-    let mut searched = look(whole, agent, &Rc::default(), &stays, &mut None);
+    let memo = Rc::default();
+    let mut searched = look(whole, agent, &Rc::default(), (&stays, &memo), &mut None);
     searched.expansions += expansions;
     if let Found::Path(path) = &mut searched.found
         && agent.smoothing.is_some()
@@ -210,13 +215,13 @@ fn look<'a>(
     setting: Setting<'a>,
     agent: &'a Agent,
     refuted: &Rc<Refuted>,
-    stays: &Rc<Stays>,
+    (stays, memo): (&Rc<Stays>, &Rc<RefCell<Memo>>),
     heuristic: &mut Option<Heuristic<'a>>,
 ) -> Searched {
     let mut expansions = 0;
     let begun = |by, weight_shift| {
-        let (refuted, stays) = (refuted.clone(), stays.clone());
-        Search::new(setting, agent, refuted, by, stays, weight_shift)
+        let (refuted, known) = (refuted.clone(), (stays.clone(), memo.clone()));
+        Search::new(setting, agent, refuted, by, known, weight_shift)
     };
     if refuted.is_empty() && !is_crowded(&setting, agent) {
         let far = u64::from(agent.alone_ticks) / TICKS_A_STATE;

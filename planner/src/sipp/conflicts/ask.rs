@@ -21,7 +21,7 @@ const MOST_LOADS: u32 = 300;
 const WHOLE_SHARE: f64 = 0.8;
 
 /// A step that is thought of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct StepQuery {
     /// Class of who steps.
     pub(crate) class: usize,

@@ -7,6 +7,7 @@
 //! tried again for when it may be free, and one that is not for when the place it leads to is free
 //! the next time.
 
+use std::cell::RefCell;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
@@ -18,6 +19,7 @@ use rustc_hash::FxHashMap;
 use super::answer::{Found, Obstruction, Obstructor, Path, joined};
 use super::heuristic::Heuristic;
 use super::label::{Label, Open, PartialExpansion, Step, weighted};
+use super::memo::Memo;
 use super::met::Met;
 use super::node::{Haste, Nodes};
 use super::setting::{IMMOVABLE, Refuted, Setting};
@@ -73,6 +75,8 @@ pub(super) struct Search<'a> {
     met: Met,
     /// Of dwelling at each task, and of the end.
     stays: Rc<Stays>,
+    /// What this search's tries have judged.
+    memo: Rc<RefCell<Memo>>,
     /// Of the leg judged last.
     verdict: Verdict,
     /// Gathers the verdicts of all that leads to one state.
@@ -92,7 +96,7 @@ impl<'a> Search<'a> {
         agent: &'a Agent,
         refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
-        stays: Rc<Stays>,
+        (stays, memo): (Rc<Stays>, Rc<RefCell<Memo>>),
         weight_shift: u32,
     ) -> Search<'a> {
         Search {
@@ -105,6 +109,7 @@ impl<'a> Search<'a> {
             corners: FxHashMap::default(),
             met: Met::new(),
             stays,
+            memo,
             verdict: Verdict::default(),
             all: Verdict::default(),
             obstruction: None,
@@ -589,10 +594,8 @@ impl<'a> Search<'a> {
         if !in_brief {
             all.clear();
             for leg in self.flown_to(&from, &label) {
-                self.setting.judge(&leg, &mut self.verdict);
-                all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
-                all.price_s += self.verdict.price_s;
-                all.blockers.append(&mut self.verdict.blockers);
+                let mut memo = self.memo.borrow_mut();
+                memo.judge(&self.setting, &leg, &mut all);
             }
         }
         let is_met = |blocker: &Blocker| self.passes(label.met, blocker);
@@ -660,14 +663,16 @@ impl<'a> Search<'a> {
                     early,
                     late,
                 };
-                if !reservations.step(self.setting.costmap, &query, verdict) {
+                let mut memo = self.memo.borrow_mut();
+                let costmap = self.setting.costmap;
+                if !memo.step(reservations, costmap, &query, verdict) {
                     return Brief::Nothing;
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
                 for &full in self.refuted.full() {
                     for leg in self.doing(from, label) {
-                        (self.setting.costmap).judge_against(full, &leg, verdict);
+                        memo.judge_against(costmap, full, &leg, verdict);
                     }
                 }
             }
@@ -721,7 +726,8 @@ impl<'a> Search<'a> {
             late: smoothing.ahead_ticks(),
         };
         let mut verdict = Verdict::default();
-        reservations.step(self.setting.costmap, &query, &mut verdict);
+        let mut memo = self.memo.borrow_mut();
+        memo.step(reservations, self.setting.costmap, &query, &mut verdict);
         let mut blockers = verdict.blockers.iter();
         blockers.all(|it| self.met.has(label.met, it.drone))
     }
