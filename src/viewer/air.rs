@@ -29,6 +29,8 @@ struct Member<'a> {
     airframe: Option<Airframe>,
     /// Index into the kinds, for each break point.
     kinds: Vec<usize>,
+    /// How far from where it is now its air may be felt (m), level.
+    reach_m: f64,
 }
 
 /// The air of a whole plan.
@@ -62,6 +64,7 @@ impl<'a> AirOfPlan<'a> {
         let effects = plan.air.effects.unwrap_or_default();
         let flown = Flown::of(&effects).unwrap_or_default();
         let depth_m = (plan.bounds_m.max.z - plan.bounds_m.min.z).max(1.0);
+        let convection = plan.convection().map(|it| it.factors()[1]);
         let mut keys: Vec<(&str, u64)> = Vec::new();
         let mut kinds: Vec<Kind> = Vec::new();
         let mut members = Vec::with_capacity(plan.drones.len());
@@ -85,11 +88,20 @@ impl<'a> AirOfPlan<'a> {
                     kinds.len() - 1
                 }))
             });
-            let kinds_of = kinds_of.collect();
+            let kinds_of: Vec<usize> = kinds_of.collect();
+            let reach_of = |&kind: &usize| {
+                let Kind { wake, reach_m, .. } = &kinds[kind];
+                let lag_s = convection.map_or(0.0, |factor| {
+                    wake.far_field().transport_time_s(depth_m, factor)
+                });
+                reach_m + lag_s * drone.airframe.max_speed_mps
+            };
+            let reach_m = kinds_of.iter().map(reach_of).fold(0.0, f64::max);
             members.push(Member {
                 drone,
                 airframe,
                 kinds: kinds_of,
+                reach_m,
             });
         }
         AirOfPlan {
@@ -98,7 +110,7 @@ impl<'a> AirOfPlan<'a> {
             outlines: WakeOutlines::new(plan),
             flown,
             superposition: plan.air.superposition.parse().unwrap_or_default(),
-            convection: plan.convection().map(|it| it.factors()[1]),
+            convection,
             depth_m,
         }
     }
@@ -290,15 +302,7 @@ impl<'a> AirOfPlan<'a> {
 
     /// How far from where a drone is now its air may be felt (m), level.
     pub(super) fn reach_m(&self, drone: usize) -> f64 {
-        let member = &self.members[drone];
-        let of = |&kind: &usize| {
-            let Kind { wake, reach_m, .. } = &self.kinds[kind];
-            let lag_s = self.convection.map_or(0.0, |factor| {
-                wake.far_field().transport_time_s(self.depth_m, factor)
-            });
-            reach_m + lag_s * member.drone.airframe.max_speed_mps
-        };
-        member.kinds.iter().map(of).fold(0.0, f64::max)
+        self.members[drone].reach_m
     }
 
     /// Where the air was made that is at a height (m) at a time (s), the wake that it is of, and
