@@ -249,6 +249,7 @@ pub fn diagnose_campaign(
         recording: format!("{flights} flights"),
         channel: Channel::VerticalForce,
         samples: forces.rows,
+        fitted_every: 1,
         verdict: verdict(shape.is_some(), &effects),
         region: region(columns, &scatter, &recorded, &simulated, &corrected),
         held_out: skills.first().map_or_else(HeldOut::default, held_out_of),
@@ -314,7 +315,7 @@ fn region(
     simulated: &[f64],
     corrected: &[f64],
 ) -> Region {
-    let inside = departing(simulated, corrected, &scatter.noise);
+    let inside = departing(simulated, corrected, scatter.noise.sd());
     if inside.is_empty() {
         return Region::default();
     }

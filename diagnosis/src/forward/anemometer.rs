@@ -7,9 +7,9 @@
 //! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the
 //! ambient speed from a magnitude makes a jet look up to 0.1 U_C weaker where the two are alike.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
-use crate::forward::flow::Flow;
+use crate::forward::flow::{Flow, Sighting};
 use crate::forward::hypothesis::Sensor;
 use crate::record::recording::{Measures, ProbeSample, Probes};
 
@@ -26,9 +26,17 @@ pub fn steady_reading_mps(
     t_s: f64,
     point_m: Point3<f64>,
 ) -> Option<f64> {
-    let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
+    Some(magnitude_mps(
+        flow,
+        measures,
+        t_s,
+        flow.velocity_mps(t_s, point_m, None)?,
+    ))
+}
+
+fn magnitude_mps(flow: &Flow, measures: Measures, t_s: f64, velocity_mps: Vector3<f64>) -> f64 {
     if measures == Measures::Axial {
-        return Some(-velocity_mps.z);
+        return -velocity_mps.z;
     }
     let environment = &flow.recording().environment;
     let square = velocity_mps.norm_squared() + flow.ambient_mps(t_s).powi(2);
@@ -36,40 +44,96 @@ pub fn steady_reading_mps(
         true => environment.ambient_mps,
         false => 0.0,
     };
-    Some(square.sqrt() - subtracted_mps)
+    square.sqrt() - subtracted_mps
 }
 
-/// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time;
-/// `None` where some drone's place is not known. What drifts does so from the recording's first
-/// reading on.
+/// Some rows of one probe, in the order of time, with where the drones are seen from each.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    /// Of every row every vehicle with a wake; empty where nobody has looked yet.
+    sightings: Vec<Sighting>,
+    /// Vehicles with a wake.
+    emitters: usize,
+}
+
+impl Seen {
+    /// Looks around from some rows; where air takes its time, that is left to each simulation.
+    #[must_use]
+    pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Seen {
+        if !flow.is_prompt() {
+            return Seen::default();
+        }
+        let samples = rows.iter().map(|&row| probes.samples[row]);
+        let around = samples.map(|sample| flow.sightings(sample.t_s, sample.position_m));
+        let around: Vec<Vec<Sighting>> = around.collect();
+        Seen {
+            emitters: around.first().map_or(0, Vec::len),
+            sightings: around.concat(),
+        }
+    }
+
+    /// From one of the rows, by its place among them.
+    fn from(&self, place: usize) -> Option<&[Sighting]> {
+        self.sightings
+            .get(place * self.emitters..(place + 1) * self.emitters)
+            .filter(|seen| !seen.is_empty())
+    }
+}
+
+/// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time, with
+/// what is `seen` from them; `None` where some drone's place is not known. What drifts does so from
+/// `first_s` on, the time of the recording's first reading.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,
-    probes: &Probes,
+    (probes, rows, seen): (&Probes, &[usize], &Seen),
     sensor: &Sensor,
-    rows: &[usize],
+    first_s: f64,
 ) -> Vec<Option<f64>> {
     let instrument = &probes.instrument;
-    let times_s = probes.samples.iter().map(|sample| sample.t_s);
-    let first_s = times_s.fold(f64::INFINITY, f64::min);
+    let is_prompt = flow.is_prompt();
     let steady = |t_s, point_m| steady_reading_mps(flow, instrument.measures, t_s, point_m);
+    let steady_at = |place: usize, sample: &ProbeSample| {
+        let (t_s, point_m) = (sample.t_s, sample.position_m);
+        match seen.from(place).filter(|_| is_prompt) {
+            Some(seen) => {
+                let velocity_mps = flow.velocity_seen_mps(t_s, point_m, seen)?;
+                Some(magnitude_mps(flow, instrument.measures, t_s, velocity_mps))
+            }
+            None => steady(t_s, point_m),
+        }
+    };
     // Two low-passes in a row are nearly one of the summed time constant.
     let tau_s = instrument.lowpass_tau_s + sensor.lag_s;
-    let mut held: Option<(ProbeSample, f64)> = None;
+    let mut held: Option<Held> = None;
     let mut readings = Vec::with_capacity(rows.len());
-    for sample in rows.iter().map(|&row| probes.samples[row]) {
-        let lagged_mps = match held {
-            Some((before, before_mps)) if tau_s > 0.0 => {
-                lag(before, before_mps, sample, tau_s, steady)
+    for (place, sample) in rows.iter().map(|&row| probes.samples[row]).enumerate() {
+        let steady_mps = steady_at(place, &sample);
+        let lagged_mps = match (&held, steady_mps) {
+            (Some(before), Some(steady_mps)) if tau_s > 0.0 => {
+                lag(before, (&sample, steady_mps), tau_s, steady)
             }
             // Nothing to lag behind: the probe has come to rest in the air it is in.
-            _ => steady(sample.t_s, sample.position_m),
+            _ => steady_mps,
         };
-        held = lagged_mps.map(|reading_mps| (sample, reading_mps));
+        held = lagged_mps
+            .zip(steady_mps)
+            .map(|(read_mps, steady_mps)| Held {
+                sample,
+                steady_mps,
+                read_mps,
+            });
         let since_s = sample.t_s - first_s;
         readings.push(lagged_mps.map(|reading_mps| sensor.reads(reading_mps, since_s)));
     }
     readings
+}
+
+/// The last sample, the air there, and what the probe read of it.
+struct Held {
+    sample: ProbeSample,
+    steady_mps: f64,
+    read_mps: f64,
 }
 
 /// Time constants after which a low-pass has forgotten: e^-8 is 0.0003.
@@ -77,30 +141,37 @@ const MEMORY: f64 = 8.0;
 
 /// Carries a lagged reading from one sample to the next through the air between them.
 fn lag(
-    before: ProbeSample,
-    before_mps: f64,
-    sample: ProbeSample,
+    before: &Held,
+    (sample, steady_mps): (&ProbeSample, f64),
     tau_s: f64,
     steady: impl Fn(f64, Point3<f64>) -> Option<f64>,
 ) -> Option<f64> {
-    let whole_s = sample.t_s - before.t_s;
+    let from = &before.sample;
+    let whole_s = sample.t_s - from.t_s;
     let span_s = whole_s.min(MEMORY * tau_s);
     let from_share = 1.0 - span_s / whole_s;
     let at = |share: f64| {
         let share = from_share + share * (1.0 - from_share);
-        let point_m = before.position_m + (sample.position_m - before.position_m) * share;
-        steady(before.t_s + whole_s * share, point_m)
+        let point_m = from.position_m + (sample.position_m - from.position_m) * share;
+        steady(from.t_s + whole_s * share, point_m)
     };
     let steps = (span_s / tau_s * STEPS_PER_TAU).ceil().max(1.0);
     let step_s = span_s / steps;
     let kept = (-step_s / tau_s).exp();
-    let mut x_before_mps = at(0.0)?;
-    let mut reading_mps = match from_share > 0.0 {
-        true => x_before_mps, // the rest is forgotten
-        false => before_mps,
+    let (mut x_before_mps, mut reading_mps) = match from_share > 0.0 {
+        // The rest is forgotten.
+        true => {
+            let x_mps = at(0.0)?;
+            (x_mps, x_mps)
+        }
+        false => (before.steady_mps, before.read_mps),
     };
-    for step in 1..=steps as u32 {
-        let x_mps = at(f64::from(step) / steps)?;
+    let steps = steps as u32;
+    for step in 1..=steps {
+        let x_mps = match step == steps {
+            true => steady_mps,
+            false => at(f64::from(step) / f64::from(steps))?,
+        };
         // Exact for air that changes linearly within the step.
         let slope = (x_mps - x_before_mps) / step_s;
         let settled_mps = x_mps - slope * tau_s;

@@ -63,6 +63,22 @@ struct Arrival<'a> {
     at: Surroundings,
 }
 
+/// One drone, seen from a point at the moment when the air there left it.
+#[derive(Clone, Copy, Debug)]
+pub enum Sighting {
+    /// Its place is not known then.
+    Unknown,
+    /// Its rotors are idle: it has no wake.
+    Idle,
+    /// It flies.
+    Flying {
+        /// From the drone to the point (m).
+        offset_m: Vector3<f64>,
+        /// What of it and of the room the wake meets.
+        at: Surroundings,
+    },
+}
+
 /// Wakes of the vehicles of some recordings, alike ones made once, shared by many flows.
 #[derive(Clone, Debug)]
 pub struct Wakes {
@@ -269,17 +285,40 @@ impl<'a> Flow<'a> {
         self.velocity_among_mps(t_s, point_m, |vehicle| Some(vehicle) != but)
     }
 
+    /// What [`Flow::velocity_mps`] is with every vehicle, from where they are seen from the point
+    /// already: by a flow in which air arrives at once.
+    #[must_use]
+    pub fn velocity_seen_mps(
+        &self,
+        t_s: f64,
+        point_m: Point3<f64>,
+        seen: &[Sighting],
+    ) -> Option<Vector3<f64>> {
+        let sighted = self.emitters.iter().zip(seen);
+        let arrivals = sighted.filter_map(|(emitter, seen)| Flow::arrival(emitter, *seen));
+        self.velocity_of_mps(t_s, point_m, arrivals)
+    }
+
     fn velocity_among_mps(
         &self,
         t_s: f64,
         point_m: Point3<f64>,
         counts: impl Fn(usize) -> bool,
     ) -> Option<Vector3<f64>> {
+        self.velocity_of_mps(t_s, point_m, self.arrivals(t_s, point_m, counts))
+    }
+
+    fn velocity_of_mps<'f>(
+        &self,
+        t_s: f64,
+        point_m: Point3<f64>,
+        arrivals: impl Iterator<Item = Option<Arrival<'f>>>,
+    ) -> Option<Vector3<f64>> {
         let floor_z_m = self.floor_z_m().unwrap_or(f64::NEG_INFINITY);
         let below_floor = point_m.z < floor_z_m - airflow::HEIGHT_TOLERANCE_M;
         let mut horizontal_mps = Vector3::zeros();
         let mut gathered = 0.0;
-        for arrival in self.arrivals(t_s, point_m, counts) {
+        for arrival in arrivals {
             let Arrival {
                 wake, offset_m, at, ..
             } = arrival?;
@@ -382,24 +421,55 @@ impl<'a> Flow<'a> {
         let emitters = self.emitters.iter();
         emitters
             .filter(move |emitter| counts(emitter.vehicle))
-            .filter_map(move |emitter| {
-                let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
-                    return Some(None);
-                };
-                let position_m = emitter.track.position_at(moment);
-                let arrival = || Arrival {
-                    vehicle: emitter.vehicle,
-                    wake: &emitter.wake,
-                    offset_m: point_m - position_m,
-                    at: Surroundings {
-                        t_s,
-                        climb_mps: emitter.track.velocity_mps[moment.entry].z,
-                        floor_z_m: self.floor_z_m(),
-                        emitter_z_m: position_m.z,
-                    },
-                };
-                (!emitter.track.is_idle(moment.entry)).then(|| Some(arrival()))
-            })
+            .filter_map(move |emitter| Flow::arrival(emitter, self.sighting(emitter, t_s, point_m)))
+    }
+
+    /// An emitter's wake as it is seen; nothing where its rotors are idle.
+    fn arrival<'f>(emitter: &'f Emitter, seen: Sighting) -> Option<Option<Arrival<'f>>> {
+        match seen {
+            Sighting::Unknown => Some(None),
+            Sighting::Idle => None,
+            Sighting::Flying { offset_m, at } => Some(Some(Arrival {
+                vehicle: emitter.vehicle,
+                wake: &emitter.wake,
+                offset_m,
+                at,
+            })),
+        }
+    }
+
+    fn sighting(&self, emitter: &Emitter, t_s: f64, point_m: Point3<f64>) -> Sighting {
+        let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
+            return Sighting::Unknown;
+        };
+        if emitter.track.is_idle(moment.entry) {
+            return Sighting::Idle;
+        }
+        let position_m = emitter.track.position_at(moment);
+        Sighting::Flying {
+            offset_m: point_m - position_m,
+            at: Surroundings {
+                t_s,
+                climb_mps: emitter.track.velocity_mps[moment.entry].z,
+                floor_z_m: self.floor_z_m(),
+                emitter_z_m: position_m.z,
+            },
+        }
+    }
+
+    /// Every vehicle with a wake, as it is seen from a point at a time.
+    #[must_use]
+    pub fn sightings(&self, t_s: f64, point_m: Point3<f64>) -> Vec<Sighting> {
+        let emitters = self.emitters.iter();
+        let sighting = |emitter| self.sighting(emitter, t_s, point_m);
+        emitters.map(sighting).collect()
+    }
+
+    /// Whether air arrives at once and clocks agree, so that where drones are seen from a point
+    /// depends on nothing that is supposed.
+    #[must_use]
+    pub fn is_prompt(&self) -> bool {
+        self.convection.is_none() && self.emitters.iter().all(|emitter| emitter.clock_s == 0.0)
     }
 
     /// When the air at a point left a drone; `None`: its place is not known then.

@@ -2,7 +2,7 @@
 //! a residual may depend on.
 
 use crate::forward::flow::{Flow, Wakes};
-use crate::forward::hypothesis::Hypothesis;
+use crate::forward::hypothesis::{Hypothesis, Sensor};
 use crate::forward::simulate::{Channel, Sample, Series, series, simulate};
 use crate::record::recording::Recording;
 
@@ -30,6 +30,14 @@ pub const COVARIATES: [(&str, &str); 20] = [
     ("emitter x m", "x_e"),
     ("emitter y m", "y_e"),
 ];
+
+/// Most samples that are fitted; of more, every second, third and so on is. Chosen here, for time
+/// and memory: what neighbours of ten thousand say is known to a hundredth of their scatter.
+pub const MOST_SAMPLES: usize = 10_000;
+/// Samples kept at one phase before it moves on. Chosen here: nearly all steps stay even.
+const STRETCH: usize = 64;
+/// Golden section: multiples of it fill the phases most evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis
 /// needs to know.
@@ -129,6 +137,75 @@ impl<'a> Observed<'a> {
         Some(observed)
     }
 
+    /// Every so many-th of its samples, about `most` in all, and every how many-th: neighbours tell
+    /// much the same. `None` where it has no more than these.
+    ///
+    /// Which of so many moves on at each [`STRETCH`], so that passes at an even pace are met at
+    /// every phase.
+    #[must_use]
+    pub fn thinned(&self, most: usize) -> Option<(Observed<'a>, usize)> {
+        let every = self.samples.len().div_ceil(most);
+        if every < 2 {
+            return None;
+        }
+        let mut kept: Vec<usize> = Vec::with_capacity(most);
+        let mut from = 0;
+        for (index, series) in self.series.iter().enumerate() {
+            let is_kept = |place: &usize| {
+                let stretch = index + place / every / STRETCH;
+                let phase = (stretch as f64 * GOLDEN).fract() * every as f64;
+                place % every == phase as usize
+            };
+            let places = (0..series.rows.len()).filter(is_kept);
+            kept.extend(places.map(|place| from + place));
+            from += series.rows.len();
+        }
+        let of = |column: &Vec<f64>| kept.iter().map(|&i| column[i]).collect();
+        let mut thinned = Observed {
+            recording: self.recording,
+            channel: self.channel,
+            samples: kept.iter().map(|&i| self.samples[i]).collect(),
+            series_of: kept.iter().map(|&i| self.series_of[i]).collect(),
+            covariates: self.covariates.iter().map(of).collect(),
+            wakes: self.wakes.clone(),
+            series: self.series.clone(),
+        };
+        for (index, series) in thinned.series.iter_mut().enumerate() {
+            let own = thinned.samples.iter().zip(&thinned.series_of);
+            let own = own.filter(|(_, of)| **of == index);
+            (series.rows, series.recorded) =
+                own.map(|(sample, _)| (sample.row, sample.recorded)).unzip();
+        }
+        Some((thinned, every))
+    }
+
+    /// Looks for the drones from every sample once, for all that is supposed later.
+    pub fn look(&mut self) {
+        let flow = Flow::new(self.recording);
+        self.series.iter_mut().for_each(|series| series.look(&flow));
+    }
+
+    /// What is known at some of these samples (`among`, in the same order), at all of them: that of
+    /// the nearest of its series in time, and 0 in a series without any.
+    #[must_use]
+    pub fn carried(&self, among: &Observed, values: &[f64]) -> Vec<f64> {
+        let mut carried = Vec::with_capacity(self.samples.len());
+        for (index, series) in self.series.iter().enumerate() {
+            let from = among.series_of.partition_point(|&of| of < index);
+            let to = among.series_of.partition_point(|&of| of <= index);
+            let mut nearest = from;
+            for _ in &series.rows {
+                let t_s = self.samples[carried.len()].t_s;
+                let away_s = |i: usize| (among.samples[i].t_s - t_s).abs();
+                while nearest + 1 < to && away_s(nearest + 1) <= away_s(nearest) {
+                    nearest += 1;
+                }
+                carried.push(if from < to { values[nearest] } else { 0.0 });
+            }
+        }
+        carried
+    }
+
     /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below
     /// none.
     #[must_use]
@@ -172,8 +249,22 @@ impl Explained for Observed<'_> {
 
     /// Where a hypothesis asks for a drone's place in a gap, the baseline's value stands.
     fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
-        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
         let mut predicted = Vec::with_capacity(self.samples.len());
+        let sensor = &hypothesis.sensor;
+        let is_as_declared = Hypothesis {
+            sensor: Sensor::default(),
+            ..*hypothesis
+        } == Hypothesis::default();
+        if is_as_declared && sensor.lag_s == 0.0 && sensor.clock_s == 0.0 {
+            // The air of the baseline, which is known already.
+            let first_s = |i: usize| self.series[self.series_of[i]].first_s;
+            let reading = |(i, sample): (usize, &Sample)| {
+                sensor.reads(sample.simulated, sample.t_s - first_s(i))
+            };
+            predicted.extend(self.samples.iter().enumerate().map(reading));
+            return predicted;
+        }
+        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
         for series in &self.series {
             for value in series.simulate(&flow, &hypothesis.sensor) {
                 predicted.push(value.unwrap_or(self.samples[predicted.len()].simulated));

@@ -85,16 +85,21 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
 }
 
 /// Throttle or power ratios of one receiver in some rows of its recording's, which come in the
-/// order of time; `None` where some drone's place is not known.
+/// order of time; `None` where some drone's place is not known. What drifts does so from `first_s`
+/// on, the time of the recording's first reading.
 #[must_use]
-pub fn ratios(flow: &Flow, sensor: &Sensor, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
+pub fn ratios(
+    flow: &Flow,
+    sensor: &Sensor,
+    (rows, first_s): (&[usize], f64),
+    is_power: bool,
+) -> Vec<Option<f64>> {
     let recording = flow.recording();
     let all = &recording.receivers;
     let samples = || rows.iter().map(|&row| &all[row]);
     let Some(vehicle_index) = samples().next().map(|sample| sample.vehicle) else {
         return Vec::new();
     };
-    let first_s = all.iter().map(|s| s.t_s).fold(f64::INFINITY, f64::min);
     let vehicle = &recording.vehicles[vehicle_index];
     let baseline = &recording.baseline;
     let airframe = &vehicle.airframe;

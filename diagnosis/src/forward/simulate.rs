@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::forward::anemometer;
+use crate::forward::anemometer::{self, Seen};
 use crate::forward::flow::Flow;
 pub use crate::forward::flow::Place;
 use crate::forward::hypothesis::Sensor;
@@ -97,6 +97,10 @@ pub struct Series {
     pub rows: Vec<usize>,
     /// What was recorded in each of them.
     pub recorded: Vec<f64>,
+    /// When the recording has its first reading of this channel (s), of whatever subject.
+    pub first_s: f64,
+    /// Where drones are seen from each row of a probe, once [`Series::look`] was called.
+    seen: Seen,
 }
 
 /// The series of a recording: probes by id, then receivers by vehicle.
@@ -122,6 +126,8 @@ pub fn series(recording: &Recording) -> Vec<Series> {
 /// read.
 fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
     let samples: Vec<(u32, f64, f64)> = samples.collect();
+    let first_s = samples.iter().map(|sample| sample.1);
+    let first_s = first_s.fold(f64::INFINITY, f64::min);
     let is_told = |row: &usize| samples[*row].2.is_finite();
     let mut order: Vec<usize> = (0..samples.len()).filter(is_told).collect();
     order.sort_by(|&a, &b| {
@@ -135,6 +141,8 @@ fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) 
             subject: samples[rows[0]].0,
             recorded: rows.iter().map(|&row| samples[row].2).collect(),
             rows: rows.to_vec(),
+            first_s,
+            seen: Seen::default(),
         })
         .collect()
 }
@@ -146,12 +154,21 @@ impl Series {
     pub fn simulate(&self, flow: &Flow, sensor: &Sensor) -> Vec<Option<f64>> {
         match (self.channel, &flow.recording().probes) {
             (Channel::Speed, Some(probes)) => {
-                anemometer::readings_mps(flow, probes, sensor, &self.rows)
+                let rows = (probes, self.rows.as_slice(), &self.seen);
+                anemometer::readings_mps(flow, rows, sensor, self.first_s)
             }
             (Channel::Throttle | Channel::Power, _) => {
-                receiver::ratios(flow, sensor, &self.rows, self.channel == Channel::Power)
+                let rows = (self.rows.as_slice(), self.first_s);
+                receiver::ratios(flow, sensor, rows, self.channel == Channel::Power)
             }
             _ => vec![None; self.rows.len()],
+        }
+    }
+
+    /// Looks for the drones from every row once, for all simulations of these rows.
+    pub fn look(&mut self, flow: &Flow) {
+        if let (Channel::Speed, Some(probes)) = (self.channel, &flow.recording().probes) {
+            self.seen = Seen::of(flow, probes, &self.rows);
         }
     }
 }

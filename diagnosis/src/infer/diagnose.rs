@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::mistakes::{Mistake, mistaken};
-use crate::forward::observed::{COVARIATES, Explained, Observed};
+use crate::forward::observed::{COVARIATES, Explained, MOST_SAMPLES, Observed};
 use crate::forward::simulate::Channel;
 use crate::infer::actuation::{self, Cause};
 use crate::infer::advice::advice;
@@ -83,11 +83,15 @@ pub fn diagnose_channel(
     recording: &Recording,
     channel: Option<Channel>,
 ) -> Result<Finding, DiagnoseError> {
-    let observed = Observed::of(recording, channel)
+    let whole = Observed::of(recording, channel)
         .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
     if let Some(mistake) = mistaken(recording) {
         return Err(DiagnoseError::Mistaken(recording.name.clone(), mistake));
     }
+    let thinned = whole.thinned(MOST_SAMPLES);
+    let every = thinned.as_ref().map_or(1, |(_, every)| *every);
+    let mut observed = thinned.map_or_else(|| whole.clone(), |(thinned, _)| thinned);
+    observed.look();
     let mut candidates = applicable(&observed);
     // A payload shows in the throttle and has been looked for there: where that is logged it is no
     // candidate any more.
@@ -132,6 +136,7 @@ pub fn diagnose_channel(
     let remains = remains(&observed, &noise, &left, shape.is_some());
     let chosen = &selection.chosen;
     let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);
+    let (laws, values) = (chosen.which.clone(), chosen.fit.values.clone());
     if let Some(shape) = &shape {
         // What the trees add lies on top of the nearest that the library has, and is good inside
         // the sampled hull only.
@@ -145,9 +150,22 @@ pub fn diagnose_channel(
     }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &observed, &selection));
-    let last = observed.samples.iter().map(|sample| sample.row).max();
+    let mut sd = noise.sd().to_vec();
+    if every > 1 {
+        // The laws at every sample, and what has none as at the nearest that was fitted.
+        let members: Vec<&Candidate> = laws.iter().map(|&k| &candidates[k]).collect();
+        let beyond = difference(&corrected, &setting.predicted(&members, &values));
+        corrected = setting.of(&whole).predicted(&members, &values);
+        let beyond = whole.carried(&observed, &beyond);
+        corrected
+            .iter_mut()
+            .zip(beyond)
+            .for_each(|(f, more)| *f += more);
+        sd = whole.carried(&observed, &sd);
+    }
+    let last = whole.samples.iter().map(|sample| sample.row).max();
     let mut prediction = vec![f64::NAN; last.map_or(0, |last| last + 1)];
-    for (sample, value) in observed.samples.iter().zip(&corrected) {
+    for (sample, value) in whole.samples.iter().zip(&corrected) {
         prediction[sample.row] = *value;
     }
     let runner_up = selection.runner_up.as_ref().map(|(second, more)| RunnerUp {
@@ -158,9 +176,10 @@ pub fn diagnose_channel(
     Ok(Finding {
         recording: recording.name.clone(),
         channel: observed.channel,
-        samples: observed.samples.len(),
+        samples: whole.samples.len(),
+        fitted_every: every,
         verdict: verdict(shape.is_some(), &effects),
-        region: region(&observed, &noise, &corrected),
+        region: region(&whole, &sd, &corrected),
         held_out: held_out(&setting, &selection, shape.as_ref()),
         candidates: ranked(&candidates, &selection),
         shape,
@@ -181,7 +200,7 @@ fn remains(observed: &Observed, noise: &Noise, left: &HeldOutTrees, is_told: boo
         return Remains::default();
     }
     let simulated = vec![0.0; left.predictions.len()];
-    let inside = departing(&simulated, &left.predictions, noise);
+    let inside = departing(&simulated, &left.predictions, noise.sd());
     let (description, _) = bounds(observed, &inside);
     Remains {
         gain: left.gain.total,
@@ -385,14 +404,14 @@ fn plateau(observed: &Observed) -> Option<f64> {
 }
 
 /// Where baseline and corrected simulation differ by more than half a standard deviation.
-fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
+fn region(observed: &Observed, sd: &[f64], corrected: &[f64]) -> Region {
     let simulated = observed.simulated();
-    let inside = departing(&simulated, corrected, noise);
+    let inside = departing(&simulated, corrected, sd);
     if inside.is_empty() {
         return Region::default();
     }
     let (description, bounds) = bounds(observed, &inside);
-    let mut region = Region::of(&inside, &observed.recorded(), &simulated, noise.sd());
+    let mut region = Region::of(&inside, &observed.recorded(), &simulated, sd);
     region.description = description;
     region.bounds = bounds;
     region.sample_indices = inside.iter().map(|&i| observed.samples[i].row).collect();
@@ -428,9 +447,9 @@ fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f
 }
 
 /// The samples that a correction moves by more than half a standard deviation.
-pub(crate) fn departing(simulated: &[f64], corrected: &[f64], noise: &Noise) -> Vec<usize> {
+pub(crate) fn departing(simulated: &[f64], corrected: &[f64], sd: &[f64]) -> Vec<usize> {
     (0..corrected.len())
-        .filter(|&i| (corrected[i] - simulated[i]).abs() > 0.5 * noise.sd()[i])
+        .filter(|&i| (corrected[i] - simulated[i]).abs() > 0.5 * sd[i])
         .collect()
 }
 

@@ -23,6 +23,9 @@ pub struct Finding {
     pub channel: Channel,
     /// How many samples.
     pub samples: usize,
+    /// Every how many-th of them was fitted, and held out: 1 for all. Region and prediction are of
+    /// all.
+    pub fitted_every: usize,
     /// What.
     pub effects: Vec<Effect>,
     /// Where.

@@ -192,6 +192,7 @@ mod tests {
             recording: "a".into(),
             channel: Channel::Speed,
             samples: 1,
+            fitted_every: 1,
             verdict: Verdict::Ambiguous,
             effects,
             region: Region::default(),

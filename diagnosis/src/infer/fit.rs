@@ -113,6 +113,14 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// The same for other samples, to predict them: this noise is not theirs.
+    #[must_use]
+    pub fn of(&self, observed: &'a dyn Explained) -> Setting<'a> {
+        let mut setting = Setting::within(observed, self.noise, self.candidates, self.tolerances);
+        setting.base = self.base;
+        setting
+    }
+
     /// What predictions leave of the recorded values, in the channel's unit.
     #[must_use]
     pub fn left(&self, predicted: &[f64]) -> Vec<f64> {

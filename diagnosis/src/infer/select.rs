@@ -255,9 +255,10 @@ impl Search<'_> {
     /// What is taken, and the runner-up.
     fn choice(&self, best: &Tried, p: f64) -> Option<(Tried, Option<(usize, Gain)>)> {
         let candidates = self.setting.candidates;
-        let pairs = self.pairs.iter();
-        let pairs = pairs.filter(|pair| pair.practical && self.may_stand(pair));
-        let best_pair = pairs.max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+        // The best first: whether one may stand takes its time.
+        let mut pairs: Vec<&Tried> = self.pairs.iter().filter(|pair| pair.practical).collect();
+        pairs.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));
+        let best_pair = pairs.into_iter().find(|pair| self.may_stand(pair));
         // Each single by itself: one that gains most, but in a few blocks alone, must not keep a
         // surer one away.
         let singles = || self.tried.singles.iter();

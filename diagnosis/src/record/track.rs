@@ -24,6 +24,9 @@ const IDLE_DUTY: f64 = 0.2;
 /// fifth of what the largest that are flown turn in hover.
 const IDLE_RADPS: f64 = 50.0;
 
+/// How often an entry's place is guessed before it is searched for.
+const GUESSES: usize = 3;
+
 /// What of a track tells its thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -54,7 +57,7 @@ impl Track {
     /// or after the last entry; closer than that the nearest entry answers.
     #[must_use]
     pub fn moment(&self, t_s: f64) -> Option<Moment> {
-        let after = self.t_s.partition_point(|&entry_s| entry_s <= t_s);
+        let after = self.entries_until(t_s);
         let entry = after.saturating_sub(1);
         let since_s = t_s - self.t_s.get(entry)?;
         let next_s = self.t_s.get(after).filter(|_| after > 0);
@@ -66,6 +69,27 @@ impl Track {
         let is_known = since_s == 0.0 || step_s <= self.longest_step_s;
         let share = since_s / step_s;
         is_known.then_some(Moment { entry, share })
+    }
+
+    /// How many entries are at or before a time. Most tracks are even but for some gaps: where the
+    /// mean step would have it is looked at first, and from there once more.
+    fn entries_until(&self, t_s: f64) -> usize {
+        let (Some(first_s), Some(last_s)) = (self.t_s.first(), self.t_s.last()) else {
+            return 0;
+        };
+        let step_s = (last_s - first_s) / (self.t_s.len() - 1) as f64;
+        let mut guess = (t_s - first_s) / step_s;
+        for _ in 0..GUESSES {
+            let at = guess as usize;
+            let Some(&[before_s, after_s]) = self.t_s.get(at..at.saturating_add(2)) else {
+                break;
+            };
+            if before_s <= t_s && t_s < after_s {
+                return at + 1;
+            }
+            guess = at as f64 + ((t_s - before_s) / step_s).floor();
+        }
+        self.t_s.partition_point(|&entry_s| entry_s <= t_s)
     }
 
     /// Position at a moment (m), linear between entries.
@@ -200,6 +224,27 @@ mod tests {
         };
         let ready = Some(ThrustSource::ReadyForce);
         assert_eq!(no_acceleration.thrust_source(), ready);
+    }
+
+    #[test]
+    fn an_uneven_track_has_the_same_entries_as_when_all_are_counted() {
+        let steps_s = [0.1, 0.1, 0.1, 3.0, 0.1, 0.07, 0.0, 0.2, 0.1, 0.1, 40.0, 0.1];
+        let mut t_s = vec![-1.0];
+        for step_s in steps_s.iter().cycle().take(200) {
+            t_s.push(t_s[t_s.len() - 1] + step_s);
+        }
+        let track = track(&t_s);
+        let halves = t_s.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let outside = [-2.0, -1e30, 1e30, f64::INFINITY, f64::NAN];
+        for at_s in t_s.iter().copied().chain(halves).chain(outside) {
+            let counted = t_s.partition_point(|entry_s| *entry_s <= at_s);
+            assert_eq!(track.entries_until(at_s), counted, "{at_s} s");
+        }
+        let alone = Track {
+            t_s: vec![1.0],
+            ..Track::default()
+        };
+        assert_eq!([0.5, 1.0].map(|at_s| alone.entries_until(at_s)), [0, 1]);
     }
 
     #[test]

@@ -75,11 +75,26 @@ pub(super) fn what(recording: &Recording, finding: &Finding) -> String {
             format!("{} values of a receiver's {quantity}", finding.samples)
         }
     };
+    let thinned = match finding.fitted_every {
+        1 => String::new(),
+        every => format!(", of which every {} was fitted", ordinal(every)),
+    };
     format!(
-        "{what} below {} ({})",
+        "{what} below {} ({}){thinned}",
         count(emitters().count(), "drone", "drones"),
         each_once(emitters().map(|vehicle| vehicle.airframe.name()))
     )
+}
+
+/// `3rd`.
+fn ordinal(number: usize) -> String {
+    let ending = match (number % 10, number % 100) {
+        (1, tens) if tens != 11 => "st",
+        (2, tens) if tens != 12 => "nd",
+        (3, tens) if tens != 13 => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
 }
 
 /// A value of a channel with its unit; forces on small drones in thousandths.

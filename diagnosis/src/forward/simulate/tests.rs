@@ -4,6 +4,8 @@ use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::*;
+use crate::forward::hypothesis::Hypothesis;
+use crate::forward::observed::{Explained, Observed};
 use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, Upper};
 use crate::record::recording::{
     Clock, Environment, Instrument, Measures, ProbeSample, Probes, ReceiverSample, Role, Track,
@@ -216,4 +218,67 @@ fn a_drone_with_idle_rotors_does_not_blow() {
     drone.track.throttle_ratio = Some(vec![0.1; 1001]);
     let simulated = simulate(&recording(vec![drone], vec![probe(5.0, 0.0, 1.0)], 0.0));
     assert_eq!(simulated.samples[0].simulated, AMBIENT_MPS);
+}
+
+#[test]
+fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
+    let sample = |probe_id: u32, i: u32| ProbeSample {
+        t_s: f64::from(i) * 0.1,
+        probe_id,
+        position_m: Point3::new(0.1, 0.0, 3.0),
+        speed_mps: f64::from(i),
+    };
+    let samples = (0..900).flat_map(|i| [sample(7, i), sample(9, i)]);
+    let emitter = vehicle(
+        "e",
+        "offboard-2",
+        Role::Emitter,
+        Point3::new(-2.0, 0.0, 5.0),
+        0.05,
+    );
+    let recording = recording(vec![emitter], samples.collect(), 0.0);
+    let whole = Observed::of(&recording, None).expect("it has readings");
+    assert!(whole.thinned(1800).is_none(), "no more than that");
+    let (thinned, every) = whole.thinned(600).expect("more than that");
+    assert_eq!(every, 3);
+    assert!((598..=602).contains(&thinned.samples.len()));
+    let mut phases = [0; 3];
+    for series in [0, 1] {
+        let own = thinned.samples.iter().zip(&thinned.series_of);
+        let own = own.filter(|(_, of)| **of == series);
+        let places: Vec<usize> = own.map(|(sample, _)| sample.recorded as usize).collect();
+        places.iter().for_each(|place| phases[place % 3] += 1);
+        let even = places.windows(2).filter(|pair| pair[1] - pair[0] == 3);
+        assert!(
+            even.count() >= places.len() - 6,
+            "nearly all steps are even"
+        );
+    }
+    assert!(phases.iter().all(|count| *count > 60), "{phases:?}");
+    // It is simulated as the whole is, whether or not it has looked for the drones, and through a
+    // slow sensor.
+    let mut looking = thinned.clone();
+    looking.look();
+    for lag_s in [0.0, 0.7] {
+        let slow = Hypothesis {
+            sensor: Sensor {
+                lag_s,
+                ..Sensor::default()
+            },
+            ..Hypothesis::default()
+        };
+        let all = whole.predict(&slow);
+        assert_eq!(thinned.predict(&slow), looking.predict(&slow));
+        for (sample, own) in thinned.samples.iter().zip(thinned.predict(&slow)) {
+            let at = whole.samples.iter().position(|of| of.row == sample.row);
+            let other = all[at.expect("one of the whole")];
+            assert!((own - other).abs() < 2e-3 * other, "{own} of {other}");
+        }
+    }
+    // What is known at those is carried to the nearest.
+    let known: Vec<f64> = thinned.samples.iter().map(|sample| sample.t_s).collect();
+    let carried = whole.carried(&thinned, &known);
+    for (sample, t_s) in whole.samples.iter().zip(carried) {
+        assert!((sample.t_s - t_s).abs() < 0.41, "{} from {t_s}", sample.t_s);
+    }
 }
