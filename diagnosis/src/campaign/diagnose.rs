@@ -250,6 +250,7 @@ pub fn diagnose_campaign(
         channel: Channel::VerticalForce,
         samples: forces.rows,
         fitted_every: 1,
+        withdrawn: None,
         verdict: verdict(shape.is_some(), &effects),
         region: region(columns, &scatter, &recorded, &simulated, &corrected),
         held_out: skills.first().map_or_else(HeldOut::default, held_out_of),

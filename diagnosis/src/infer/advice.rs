@@ -78,7 +78,13 @@ fn refuting(setting: &Setting, observed: &Observed, selection: &Selection) -> Ve
     let settled_by = settled_by.filter(|line| !line.is_empty());
     let again = "the same flight on another day: what is named must come back within its intervals";
     let lines = next.into_iter().flatten().take(1).chain(settled_by);
-    lines.chain([again.to_owned()]).collect()
+    let mut once: Vec<String> = Vec::new();
+    for line in lines.chain([again.to_owned()]) {
+        if !once.contains(&line) {
+            once.push(line);
+        }
+    }
+    once
 }
 
 /// What would narrow something without a name.
@@ -136,6 +142,12 @@ fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<Stri
         return Vec::new();
     };
     let floor_m = recording.environment.floor_z_m;
+    let [one, other] = both.map(|tried| {
+        let members = tried.members(setting.candidates).into_iter();
+        let names: Vec<&str> = members.map(|member| member.name).collect();
+        names.join(" with ")
+    });
+    let names = format!("{one} and {other}");
     let both = both.map(|tried| {
         let hypothesis = setting.explanation(tried);
         let flow = Flow::supposing(recording, &wakes, &hypothesis);
@@ -186,7 +198,7 @@ fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<Stri
             _ => format!("{radius} half-widths {bearing} of the axis"),
         };
         lines.push(format!(
-            "a probe {depth_m:.1} m below a hovering drone ({depth} motor distances), {beside}: the two differ by {apart:.2} m/s there, {over_noise:.1} times the noise of a reading"
+            "a probe {depth_m:.1} m below a hovering drone ({depth} motor distances), {beside}: {names} differ by {apart:.2} m/s there, {over_noise:.1} times the noise of a reading"
         ));
     }
     lines

@@ -14,7 +14,7 @@ use crate::infer::actuation::{self, Cause};
 use crate::infer::advice::advice;
 use crate::infer::candidates::{Candidate, Kind, applicable};
 use crate::infer::finding::{
-    Detectable, Effect, Estimate, Finding, HeldOut, Ranked, Region, RunnerUp, verdict,
+    Detectable, Effect, Estimate, Finding, HeldOut, Ranked, Region, RunnerUp, Withdrawn, verdict,
 };
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::intervals::half_widths;
@@ -61,6 +61,24 @@ const PLATEAU: usize = 3;
 /// part of what the recording covers. Chosen here.
 const SAID: usize = 3;
 const NARROW: f64 = 0.7;
+/// Covariates that count from the drone above, and part of a region that lies below one, or below
+/// none, for that to be said. Chosen here.
+const OF_A_DRONE: [&str; 13] = [
+    "s/l",
+    "r/l",
+    "xi",
+    "cos az",
+    "sin az",
+    "emitter z m",
+    "emitter speed m/s",
+    "climb m/s",
+    "height/half-width",
+    "cos az body",
+    "sin az body",
+    "emitter x m",
+    "emitter y m",
+];
+const MOSTLY: f64 = 0.8;
 /// What settles an answer that throttle and power gave.
 const WEIGH: &str =
     "each drone on a scale with its battery, and pressure and temperature where it flies";
@@ -136,7 +154,7 @@ pub fn diagnose_channel(
     let remains = remains(&observed, &noise, &left, shape.is_some());
     let chosen = &selection.chosen;
     let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);
-    let (laws, values) = (chosen.which.clone(), chosen.fit.values.clone());
+    let laws = (chosen.which.clone(), chosen.fit.values.clone());
     if let Some(shape) = &shape {
         // What the trees add lies on top of the nearest that the library has, and is good inside
         // the sampled hull only.
@@ -150,12 +168,40 @@ pub fn diagnose_channel(
     }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &observed, &selection));
+    let mut held_out = held_out(&setting, &selection, shape.as_ref());
+    let mut correction = setting.explanation(&selection.chosen);
+    let mut withdrawn = None;
+    let mut plain = setting.clone();
+    plain.base = Hypothesis::default();
+    let mut laws = laws;
+    if !effects.is_empty() && held_out.rms_after >= held_out.rms_before {
+        let rms_after = held_out.rms_after;
+        withdrawn = Some(Withdrawn {
+            effects: std::mem::take(&mut effects),
+            rms_after,
+        });
+        if shape.is_none() {
+            // Nothing of it stands: neither in the prediction nor in what is flown.
+            selection.withdraw();
+            selection.chosen.fit = plain.nothing();
+            held_out = self::held_out(&plain, &selection, None);
+            correction = Hypothesis::default();
+            corrected = plain.predicted(&[], &[]);
+            laws = (Vec::new(), Vec::new());
+        }
+    }
     let mut sd = noise.sd().to_vec();
     if every > 1 {
         // The laws at every sample, and what has none as at the nearest that was fitted.
-        let members: Vec<&Candidate> = laws.iter().map(|&k| &candidates[k]).collect();
-        let beyond = difference(&corrected, &setting.predicted(&members, &values));
-        corrected = setting.of(&whole).predicted(&members, &values);
+        let (which, values) = laws;
+        let members: Vec<&Candidate> = which.iter().map(|&k| &candidates[k]).collect();
+        let under = if withdrawn.is_some() && shape.is_none() {
+            &plain
+        } else {
+            &setting
+        };
+        let beyond = difference(&corrected, &under.predicted(&members, &values));
+        corrected = under.of(&whole).predicted(&members, &values);
         let beyond = whole.carried(&observed, &beyond);
         corrected
             .iter_mut()
@@ -178,9 +224,10 @@ pub fn diagnose_channel(
         channel: observed.channel,
         samples: whole.samples.len(),
         fitted_every: every,
-        verdict: verdict(shape.is_some(), &effects),
+        verdict: verdict(shape.is_some() || withdrawn.is_some(), &effects),
+        withdrawn,
         region: region(&whole, &sd, &corrected),
-        held_out: held_out(&setting, &selection, shape.as_ref()),
+        held_out,
         candidates: ranked(&candidates, &selection),
         shape,
         remains,
@@ -190,7 +237,7 @@ pub fn diagnose_channel(
         detectable: detectable(&setting),
         effects,
         prediction,
-        correction: setting.explanation(&selection.chosen),
+        correction,
     })
 }
 
@@ -280,6 +327,7 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
                 .zip(tried.fit.values.iter().copied())
                 .chain(since)
                 .collect(),
+            at_bound: candidate.is_at_bound(&tried.fit.values),
         }
     };
     selection.singles.iter().map(of).collect()
@@ -425,16 +473,36 @@ fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f
     if inside.is_empty() {
         return (String::new(), bounds);
     }
+    // What counts from a drone says nothing of samples that are below none.
+    let is_placed = |i: usize| observed.samples[i].place.is_some();
+    let placed: Vec<usize> = inside.iter().copied().filter(|&i| is_placed(i)).collect();
+    let all_placed: Vec<usize> = (0..observed.samples.len())
+        .filter(|&i| is_placed(i))
+        .collect();
+    let are_placed = placed.len() as f64 > MOSTLY * inside.len() as f64;
     let mut narrow: Vec<(f64, String)> = Vec::new();
     for ((name, _), column) in COVARIATES.iter().zip(&observed.covariates) {
-        let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
-        let whole = span(column.clone(), 0.02);
+        let is_of_a_drone = OF_A_DRONE.contains(name);
+        if is_of_a_drone && !are_placed {
+            continue;
+        }
+        let of = |rows: &[usize]| rows.iter().map(|&i| column[i]).collect();
+        let (within, whole) = match is_of_a_drone {
+            true => (of(&placed), of(&all_placed)),
+            false => (of(inside), column.clone()),
+        };
+        let (within, whole) = (span(within, 0.05), span(whole, 0.02));
         let part = (within[1] - within[0]) / (whole[1] - whole[0]);
         // A coordinate that the region covers as widely as the recording says nothing about it.
         if part < NARROW {
             bounds.insert((*name).to_owned(), within);
             narrow.push((part, format!("{name} {:.2} to {:.2}", within[0], within[1])));
         }
+    }
+    let below_none = inside.len() - placed.len();
+    let is_below_none = below_none as f64 > MOSTLY * inside.len() as f64;
+    if is_below_none && !all_placed.is_empty() {
+        narrow.push((0.0, "below no drone".to_owned()));
     }
     narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
     let said = narrow.into_iter().take(SAID);

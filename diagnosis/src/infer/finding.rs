@@ -28,6 +28,8 @@ pub struct Finding {
     pub fitted_every: usize,
     /// What.
     pub effects: Vec<Effect>,
+    /// What else points to, and was taken back: held-out readings are predicted no better with it.
+    pub withdrawn: Option<Withdrawn>,
     /// Where.
     pub region: Region,
     /// p-value of as much structure in noise alone.
@@ -67,7 +69,8 @@ pub enum Verdict {
     None,
     /// Effects of the library are missing.
     Library,
-    /// Something is missing that no effect of the library explains.
+    /// Something is missing that no effect of the library explains, or with the one that would,
+    /// readings are predicted no better.
     OutsideLibrary,
     /// One of several effects is missing, and the recording cannot say which.
     Ambiguous,
@@ -144,6 +147,15 @@ impl Estimate {
     }
 }
 
+/// An answer that was taken back.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Withdrawn {
+    /// What it was.
+    pub effects: Vec<Effect>,
+    /// Root mean square error with it on blocks that were not fitted, in the channel's unit.
+    pub rms_after: f64,
+}
+
 /// Where the corrected simulation differs from the baseline by more than half a standard deviation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Region {
@@ -213,6 +225,8 @@ pub struct Ranked {
     pub practical: bool,
     /// Its fitted parameters by name.
     pub parameters: BTreeMap<String, f64>,
+    /// Whether what makes it up was driven to an end of its range: then it is not named.
+    pub at_bound: bool,
 }
 
 /// An effect that was not taken, and might be there.

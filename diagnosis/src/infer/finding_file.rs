@@ -193,6 +193,7 @@ mod tests {
             channel: Channel::Speed,
             samples: 1,
             fitted_every: 1,
+            withdrawn: None,
             verdict: Verdict::Ambiguous,
             effects,
             region: Region::default(),

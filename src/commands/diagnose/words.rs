@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::candidates::Kind;
-use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict};
+use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict, Withdrawn};
 use diagnosis::infer::outside::{EXPECTED_READING, Shape};
 use diagnosis::record::recording::{Recording, Role};
 use diagnosis::statistics::lack_of_fit::ACCEPTED;
@@ -38,6 +38,13 @@ pub(super) fn report(name: &str, what: String, finding: &Finding, drawn: Vec<Fig
 pub(super) fn verdict(finding: &Finding) -> String {
     let first = joined(finding.effects.iter().map(|effect| &effect.name), " and ");
     match finding.verdict {
+        _ if let Some(withdrawn) = &finding.withdrawn
+            && finding.shape.is_none() =>
+        {
+            let names = joined(withdrawn.effects.iter().map(|effect| &effect.name), " and ");
+            format!("{names} withdrawn: readings are predicted no better with it")
+        }
+        Verdict::None if is_unquiet(finding) => "no mismatch that repeats".into(),
         Verdict::None => "no mismatch above noise".into(),
         Verdict::Library => format!("{first}, {}", explained(&finding.held_out)),
         Verdict::Ambiguous => {
@@ -57,6 +64,14 @@ pub(super) fn verdict(finding: &Finding) -> String {
         }
         Verdict::OutsideLibrary => format!("{first}, and a mismatch that no candidate explains"),
     }
+}
+
+/// Errors over the noise floor from which they are no longer called noise. Chosen here.
+const UNQUIET: f64 = 1.5;
+
+/// Whether what is left is clearly more than neighbouring readings scatter by.
+fn is_unquiet(finding: &Finding) -> bool {
+    finding.held_out.rms_after > UNQUIET * finding.held_out.noise_floor
 }
 
 /// `1240 readings of 1 probe below 1 drone (offboard-2), 1240 s`.
@@ -177,7 +192,13 @@ fn place(finding: &Finding) -> Vec<Part> {
     let nowhere = "Nowhere: what is left of recorded minus simulated is noise, and what the instrument's maker allows.";
     let mut parts = match finding.verdict {
         Verdict::None if finding.p > ACCEPTED && !finding.remains.is_sure => {
-            vec![Part::line(nowhere)]
+            vec![match is_unquiet(finding) {
+                false => Part::line(nowhere),
+                true => Part::Line(format!(
+                    "Nowhere that repeats: errors are {:.1} times the noise floor, in stretches longer than neighbouring readings tell, and nothing predicts them on blocks that were not fitted.",
+                    finding.held_out.rms_after / finding.held_out.noise_floor
+                )),
+            }]
         }
         Verdict::None if finding.remains.is_sure => vec![Part::line(
             "Nowhere that an effect of the library shows; what repeats all the same stands under what remains.",
@@ -185,6 +206,11 @@ fn place(finding: &Finding) -> Vec<Part> {
         Verdict::None => vec![Part::line(
             "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
         )],
+        _ if region.sample_indices.is_empty() => {
+            vec![Part::line(
+                "Nowhere that a correction would change by half of the noise.",
+            )]
+        }
         _ => {
             let here = format!(
                 "{}: {} of {} samples, {:.0} %.",
@@ -197,8 +223,31 @@ fn place(finding: &Finding) -> Vec<Part> {
         }
     };
     let p = p_value(finding.p);
-    parts.push(Part::Line(format!("Global lack-of-fit test: p-value {p}.")));
+    let beside = match finding.verdict {
+        Verdict::None => "",
+        _ if finding.p <= ACCEPTED => "",
+        _ if finding.withdrawn.is_some() && finding.shape.is_none() => {
+            " It knows nothing of what points to the answer that was withdrawn."
+        }
+        _ if is_told_by_actuation(finding) => {
+            " It looks at these readings alone; throttle and power say what is named."
+        }
+        _ => {
+            " It allows for errors that outlast a block, so by itself it would not tell; what is said here rests on blocks that were not fitted."
+        }
+    };
+    parts.push(Part::Line(format!(
+        "Global lack-of-fit test: p-value {p}.{beside}"
+    )));
     parts
+}
+
+/// Whether what is named was named before any reading was fitted: no candidate of it was.
+fn is_told_by_actuation(finding: &Finding) -> bool {
+    let is_candidate = |effect: &Effect| finding.candidates.iter().any(|c| c.name == effect.name);
+    finding.shape.is_none()
+        && !finding.effects.is_empty()
+        && !finding.effects.iter().any(is_candidate)
 }
 
 fn error(finding: &Finding) -> String {
@@ -234,6 +283,9 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         return vec![Part::line(nothing)];
     }
     let mut parts = Vec::new();
+    if let Some(withdrawn) = &finding.withdrawn {
+        parts.push(Part::Line(taken_back(finding, withdrawn)));
+    }
     if let Some(shape) = &finding.shape {
         parts.extend(outside(shape).into_iter().map(Part::Line));
     }
@@ -252,11 +304,63 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
     parts
 }
 
+/// Why an answer does not stand.
+fn taken_back(finding: &Finding, withdrawn: &Withdrawn) -> String {
+    let of = |effect: &Effect| {
+        let values = effect.parameters.iter();
+        let values = values.map(|(name, of)| {
+            let value = measured(of.value, &of.unit);
+            format!(
+                "{name} {value}, {} to {}",
+                figures(of.low),
+                figures(of.high)
+            )
+        });
+        let values = joined(values, "; ");
+        format!("{} ({}: {values})", effect.name, effect.description)
+    };
+    let [before, after] = apart(
+        [finding.held_out.rms_before, withdrawn.rms_after],
+        finding.channel,
+    );
+    format!(
+        "{} is withdrawn: with it the rms error on {} that were not fitted goes from {before} to {after}. Something is there that these readings do not explain; nothing of it is in finding.ron.",
+        joined(withdrawn.effects.iter().map(of), " and "),
+        parts_of(finding.channel)
+    )
+}
+
+/// Two amounts, with as many figures as tell them apart.
+fn apart([one, other]: [f64; 2], channel: Channel) -> [String; 2] {
+    let plain = [one, other].map(|value| amount(value, channel));
+    if plain[0] != plain[1] || one == other {
+        return plain;
+    }
+    let (scale, unit) = match channel {
+        Channel::VerticalForce => (1e3, "mN"),
+        _ => (1.0, channel_words(channel).unit),
+    };
+    let digits = |value: f64, digits: usize| match unit {
+        "1" | "" => format!("{:.digits$}", scale * value),
+        unit => format!("{:.digits$} {unit}", scale * value),
+    };
+    let more = (3..9).map(|count| [digits(one, count), digits(other, count)]);
+    let mut more = more.filter(|[one, other]| one != other);
+    more.next().unwrap_or(plain)
+}
+
+/// Part of what can be gained from which a nearest effect is said to come near. Chosen here.
+const NEARLY_ALL: f64 = 0.8;
+
 /// Something without a name, in sentences.
 fn outside(shape: &Shape) -> Vec<String> {
     let mut lines = vec![
         match (shape.is_predictable, &shape.nearest) {
             (false, _) => "Readings differ at times by more than noise; nothing that repeats predicts when, so no effect is named.".to_owned(),
+            (true, Some((name, share))) if *share >= NEARLY_ALL => format!(
+                "Something repeats that no effect of the library has. {name} comes near, with {:.0} % of the log likelihood that can be gained on blocks that were not fitted, but leaves more of the error than its law may be off.",
+                100.0 * share
+            ),
             (true, Some((name, share))) if *share >= 0.01 => format!(
                 "Something repeats that no effect of the library has. Nearest is {name}, which predicts {:.0} % of what can be predicted on blocks that were not fitted.",
                 100.0 * share
@@ -322,10 +426,11 @@ fn candidates(finding: &Finding) -> Vec<Part> {
     let row = |ranked: &Ranked| {
         let values = ranked.parameters.iter();
         let values = values.map(|(name, value)| format!("{name} {}", figures(*value)));
-        let mark = match (taken(&ranked.name), ranked.practical) {
-            (true, _) => "taken",
-            (false, true) => "",
-            (false, false) => "too small to matter",
+        let mark = match (taken(&ranked.name), ranked.at_bound, ranked.practical) {
+            (true, false, _) => "taken",
+            (_, true, _) => "at the end of its range",
+            (false, _, true) => "",
+            (false, _, false) => "too small to matter",
         };
         vec![
             ranked.name.clone(),
@@ -347,14 +452,13 @@ fn candidates(finding: &Finding) -> Vec<Part> {
 fn fit(finding: &Finding) -> String {
     let held_out = &finding.held_out;
     let parts = parts_of(finding.channel);
-    let [before, after, low, high, floor] = [
-        held_out.rms_before,
-        held_out.rms_after,
+    let [low, high, floor] = [
         held_out.rms_after_low,
         held_out.rms_after_high,
         held_out.noise_floor,
     ]
     .map(|value| amount(value, finding.channel));
+    let [before, after] = apart([held_out.rms_before, held_out.rms_after], finding.channel);
     format!(
         "rms error on {parts} that were not fitted: {before} before, {after} after ({low} to {high}); noise floor {floor}."
     )
@@ -435,13 +539,27 @@ fn rival(finding: &Finding) -> Option<String> {
     };
     let of = |name: &str| finding.candidates.iter().find(|c| c.name == name);
     let taken = of(&effect.name)?;
-    let next = finding
-        .candidates
-        .iter()
-        .filter(|c| c.practical && c.name != effect.name)
-        .max_by(|a, b| a.gain.total_cmp(&b.gain))?;
-    let (name, less) = (&next.name, taken.gain - next.gain);
-    Some(format!("Runner-up: {name}, alone, gains {less:.1} less."))
+    let others = finding.candidates.iter();
+    let next = others
+        .filter(|c| c.practical && c.name != effect.name && c.gain > c.gain_error)
+        .max_by(|a, b| a.gain.total_cmp(&b.gain));
+    Some(match next {
+        Some(next) if next.gain < taken.gain => format!(
+            "Runner-up: {}, alone, gains {:.1} less.",
+            next.name,
+            taken.gain - next.gain
+        ),
+        Some(next) => format!(
+            "{}, alone, gains {:.1} more, and was not taken: {}.",
+            next.name,
+            next.gain - taken.gain,
+            match next.at_bound {
+                true => "a parameter is at the end of its range",
+                false => "its gain is less sure, or readings are predicted no better with it",
+            }
+        ),
+        None => "No other candidate gains more than the standard error of its gain.".to_owned(),
+    })
 }
 
 fn minimum_detectable(finding: &Finding) -> Vec<Part> {
@@ -456,3 +574,6 @@ fn minimum_detectable(finding: &Finding) -> Vec<Part> {
         Part::table("llr", "effect | by | at least", rows),
     ]
 }
+
+#[cfg(test)]
+mod tests;
