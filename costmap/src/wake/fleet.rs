@@ -681,7 +681,7 @@ impl Fleet {
     }
 
     /// Whether the receiver may be in the emitter's column, and a bound on its budget that the wake
-    /// fills (millionths), either of them up to `shift` ticks early or late: of wakes that follow at
+    /// fills (millionths), either of them up to `shift` ticks early or late, where wakes follow at
     /// once.
     fn shifted_wake(&self, emitter: &Leg, receiver: &Leg, shift: u32) -> (bool, u32) {
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
