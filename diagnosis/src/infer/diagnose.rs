@@ -174,7 +174,10 @@ pub fn diagnose_channel(
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
     let mut laws = laws;
-    if !effects.is_empty() && held_out.rms_after >= held_out.rms_before {
+    // Beside a term that was fitted, what throttle and power say stands: the two may mask one
+    // another in the readings.
+    let is_alone = selection.chosen.which.is_empty();
+    if is_alone && !effects.is_empty() && held_out.rms_after >= held_out.rms_before {
         let rms_after = held_out.rms_after;
         withdrawn = Some(Withdrawn {
             effects: std::mem::take(&mut effects),

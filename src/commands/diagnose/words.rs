@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::candidates::Kind;
-use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict, Withdrawn};
+use diagnosis::infer::finding::{Effect, Finding, Ranked, Verdict, Withdrawn};
 use diagnosis::infer::outside::{EXPECTED_READING, Shape};
 use diagnosis::record::recording::{Recording, Role};
 use diagnosis::statistics::lack_of_fit::ACCEPTED;
@@ -46,7 +46,7 @@ pub(super) fn verdict(finding: &Finding) -> String {
         }
         Verdict::None if is_unquiet(finding) => "no mismatch that repeats".into(),
         Verdict::None => "no mismatch above noise".into(),
-        Verdict::Library => format!("{first}, {}", explained(&finding.held_out)),
+        Verdict::Library => format!("{first}, {}", explained(finding)),
         Verdict::Ambiguous => {
             let either = |effect: &Effect| {
                 let all = std::iter::once(&effect.name).chain(&effect.alternatives);
@@ -128,9 +128,14 @@ fn measured(value: f64, unit: &str) -> String {
 }
 
 /// How much of the error that noise does not make is gone.
-fn explained(held_out: &HeldOut) -> String {
+fn explained(finding: &Finding) -> String {
+    let held_out = &finding.held_out;
     let above = |rms: f64| (rms * rms - held_out.noise_floor * held_out.noise_floor).max(0.0);
     let before = above(held_out.rms_before);
+    let is_told_elsewhere = finding.effects.iter().any(|of| !is_candidate(finding, of));
+    if is_told_elsewhere && held_out.rms_after >= held_out.rms_before {
+        return "of which throttle and power tell, and these readings by themselves nothing".into();
+    }
     if before <= 0.0 {
         return "within the noise".into();
     }
@@ -143,6 +148,11 @@ fn explained(held_out: &HeldOut) -> String {
         ),
         _ => "which explains the error above noise".into(),
     }
+}
+
+/// Whether an effect was fitted to these readings, and not told by throttle and power before.
+fn is_candidate(finding: &Finding, effect: &Effect) -> bool {
+    finding.candidates.iter().any(|of| of.name == effect.name)
 }
 
 /// One line a recording.
@@ -242,12 +252,11 @@ fn place(finding: &Finding) -> Vec<Part> {
     parts
 }
 
-/// Whether what is named was named before any reading was fitted: no candidate of it was.
+/// Whether what is named was named before any reading was fitted.
 fn is_told_by_actuation(finding: &Finding) -> bool {
-    let is_candidate = |effect: &Effect| finding.candidates.iter().any(|c| c.name == effect.name);
     finding.shape.is_none()
         && !finding.effects.is_empty()
-        && !finding.effects.iter().any(is_candidate)
+        && !finding.effects.iter().any(|of| is_candidate(finding, of))
 }
 
 fn error(finding: &Finding) -> String {

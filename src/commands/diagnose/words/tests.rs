@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::forward::hypothesis::Hypothesis;
-use diagnosis::infer::finding::{Detectable, Estimate, Region, RunnerUp};
+use diagnosis::infer::finding::{Detectable, Estimate, HeldOut, Region, RunnerUp};
 use diagnosis::infer::outside::Remains;
 use diagnosis::statistics::draws::Draws;
 
