@@ -40,7 +40,7 @@ const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
 
 /// States of one search for a drone that can go on as it does, or wait: chosen here, a tenth of a
 /// second of work.
-const MOST_CHANGED_EXPANSIONS: u64 = 20_000;
+const MOST_CHANGED_EXPANSIONS: u64 = 100_000;
 
 /// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
 /// are seldom in one another's way.
