@@ -140,8 +140,8 @@ impl<'a> Observed<'a> {
     /// Every so many-th of its samples, about `most` in all, and every how many-th: neighbours tell
     /// much the same. `None` where it has no more than these.
     ///
-    /// Which of so many moves on at each [`STRETCH`], so that passes at an even pace are met at
-    /// every phase.
+    /// Which of so many moves on at each stretch, so that passes at an even pace are met at every
+    /// phase.
     #[must_use]
     pub fn thinned(&self, most: usize) -> Option<(Observed<'a>, usize)> {
         let every = self.samples.len().div_ceil(most);
