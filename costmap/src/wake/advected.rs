@@ -40,7 +40,7 @@ fn line(leg: &Leg, since: Tick) -> Line {
 /// All that a receiver may be to an emitter whose air is under way for up to `delay` ticks, while
 /// either of them may be earlier or later by `shift` (m, ticks); `None` where no air of the
 /// emitter's leg can reach the receiver's.
-fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) -> Option<Relative> {
+pub(super) fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) -> Option<Relative> {
     let since = emitter.start.min(receiver.start);
     let moments =
         [emitter, receiver].map(|leg| [leg.start, leg.end].map(|tick| f64::from(tick.0 - since.0)));
@@ -105,19 +105,12 @@ impl Fleet {
     /// that left, while either of them may be up to `shift` ticks earlier or later (m, ticks);
     /// `None`: no air reaches it in time.
     pub(crate) fn exposed(&self, receiver: &Leg, emitter: &Leg, shift: u32) -> Option<Relative> {
-        let delay = self.delay_between(emitter, receiver);
-        self.exposed_late(receiver, emitter, delay, shift)
-    }
-
-    /// The same where the longest delay between the two is known (ticks).
-    pub(crate) fn exposed_late(
-        &self,
-        receiver: &Leg,
-        emitter: &Leg,
-        delay: u32,
-        shift: u32,
-    ) -> Option<Relative> {
-        advected(emitter, receiver, delay, shift)
+        advected(
+            emitter,
+            receiver,
+            self.delay_between(emitter, receiver),
+            shift,
+        )
     }
 
     /// Whether wakes take their time.

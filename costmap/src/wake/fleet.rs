@@ -14,7 +14,7 @@ use crate::volumes::downwash::{Section, column};
 use crate::volumes::iso_speed::IsoSpeedVolume;
 use crate::volumes::keep_out::{Hung, KeepOut};
 use crate::volumes::relative::{Relative, nearest_radius_m};
-use crate::wake::advected::Carrier;
+use crate::wake::advected::{Carrier, advected};
 use crate::wake::envelope::Envelope;
 
 /// An airframe at one mass.
@@ -503,7 +503,7 @@ impl Fleet {
         let shift = self.conditions.shift;
         let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
         let (envelope, column) = (self.envelope(kinds[0], kinds[1]), &self.columns[kinds[0]]);
-        let Some(whole) = self.exposed_late(receiver, emitter, delay, shift) else {
+        let Some(whole) = advected(emitter, receiver, delay, shift) else {
             return (false, 0);
         };
         // Columns go by places at once.

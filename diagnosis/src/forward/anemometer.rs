@@ -50,7 +50,7 @@ fn magnitude_mps(flow: &Flow, measures: Measures, t_s: f64, velocity_mps: Vector
 /// Some rows of one probe, in the order of time, with where the drones are seen from each.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
-    /// Of every row every vehicle with a wake; empty where nobody has looked yet.
+    /// Of every row every vehicle with a wake; empty before they are looked for.
     sightings: Vec<Sighting>,
     /// Vehicles with a wake.
     emitters: usize,

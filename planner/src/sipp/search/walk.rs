@@ -351,54 +351,53 @@ impl<'a> Search<'a> {
             _ => most,
         };
         let agent = self.agent;
-        agent
-            .mover
-            .steps_from(roadmap, label.vertex, |to, ticks, n| {
-                let (departs, heading, turned) = self.following(&label, to, ticks, n);
-                let at = departs.after(ticks);
-                let node = self.nodes.flying(label.waypoint, to);
-                let Some(least) = self.least(node, label.waypoint, label.paid, at) else {
-                    return;
-                };
-                // Mostly that alone is too dear.
-                let remaining = self.nodes.remaining(node);
-                let total = weighted(least, remaining, self.weight_shift);
-                if total > most {
-                    next = next.min(total);
-                    return;
-                }
-                let step = Label {
-                    vertex: to,
-                    grounded: false,
-                    step: Step::Move,
-                    departs,
-                    at,
-                    heading,
-                    turned,
-                    parent: index,
-                    judged: false,
-                    expanded: None,
-                    ..label
-                };
-                if self.nodes.is_covered(node, &step) {
-                    return;
-                }
-                let Some(cost) = self.cost(node, &step) else {
-                    return;
-                };
-                let total = weighted(cost, remaining, self.weight_shift);
-                if total > most {
-                    next = next.min(total);
-                } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
-                    self.open.push(Open {
-                        total,
-                        remaining,
-                        is_bound: !self.nodes.is_final(node),
-                        label: self.labels.len() as u32,
-                    });
-                    self.labels.push(step);
-                }
-            });
+        let mover = &agent.mover;
+        mover.steps_from(roadmap, label.vertex, |to, ticks, n| {
+            let (departs, heading, turned) = self.following(&label, to, ticks, n);
+            let at = departs.after(ticks);
+            let node = self.nodes.flying(label.waypoint, to);
+            let Some(least) = self.least(node, label.waypoint, label.paid, at) else {
+                return;
+            };
+            // Mostly that alone is too dear.
+            let remaining = self.nodes.remaining(node);
+            let total = weighted(least, remaining, self.weight_shift);
+            if total > most {
+                next = next.min(total);
+                return;
+            }
+            let step = Label {
+                vertex: to,
+                grounded: false,
+                step: Step::Move,
+                departs,
+                at,
+                heading,
+                turned,
+                parent: index,
+                judged: false,
+                expanded: None,
+                ..label
+            };
+            if self.nodes.is_covered(node, &step) {
+                return;
+            }
+            let Some(cost) = self.cost(node, &step) else {
+                return;
+            };
+            let total = weighted(cost, remaining, self.weight_shift);
+            if total > most {
+                next = next.min(total);
+            } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
+                self.open.push(Open {
+                    total,
+                    remaining,
+                    is_bound: !self.nodes.is_final(node),
+                    label: self.labels.len() as u32,
+                });
+                self.labels.push(step);
+            }
+        });
         self.labels[index as usize].expanded = Some(PartialExpansion {
             upto: most,
             weight_shift: self.weight_shift,
