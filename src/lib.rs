@@ -5,7 +5,6 @@ mod commands;
 mod io;
 mod plots;
 mod report;
-mod viewer;
 
 use std::ffi::OsString;
 use std::io::Write as _;

@@ -1,6 +1,5 @@
 //! Answers as people read them: words and numbers, tables, sections, and the page report.html.
 
-pub(crate) mod bottlenecks;
 pub(crate) mod conflicts;
 pub(crate) mod flight;
 pub(crate) mod page;

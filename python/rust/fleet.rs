@@ -17,6 +17,7 @@ use planner::{Control, Files, Outcome};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
+use viewer::View;
 
 use crate::refused::{fault, json_text, refused, scenario, sentence};
 use crate::waiting::{Stop, wait};
@@ -80,6 +81,12 @@ impl Plan {
 
     fn json(&self) -> PyResult<String> {
         json_text(&*self.0)
+    }
+
+    /// The text of a plan.html; `world`: what was planned, which tells dwells and waits apart.
+    fn page(&self, py: Python<'_>, world: Option<&World>) -> String {
+        let (plan, world) = (self.0.clone(), world.map(|it| it.0.clone()));
+        py.detach(|| View::of(&plan, world.as_deref()).page(None))
     }
 
     /// Where a drone is at some times (s), a row each (m); NaN where it is not there.

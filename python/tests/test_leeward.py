@@ -208,6 +208,19 @@ def test_a_plan_is_flown(warehouse):
         leeward.fly(warehouse, controllers=["px5"])
 
 
+def test_a_plan_is_a_page_with_and_without_its_scenario(two, tmp_path):
+    def shown(page):
+        assert page.startswith("<!DOCTYPE html>")
+        data = re.search(r'<script id="scene" type="application/json">(.*?)</script>', page)
+        return {it["name"]: [stop[2] for stop in it["stops"]] for it in json.loads(data[1])["drones"]}
+
+    # What a dwell is the scenario says.
+    assert shown(two.page()) == {"lifter": [], "scout": ["dwell"]}
+    two.save(tmp_path / "plan.json")
+    loaded = leeward.Plan.load(tmp_path / "plan.json")
+    assert shown(loaded.page()) == {"lifter": [], "scout": ["stop"]}
+
+
 def test_a_plan_is_exported_to_every_format(two, tmp_path):
     at = (47.4, 8.55, 488.0, 30.0)
     two.save(tmp_path / "plan.json")

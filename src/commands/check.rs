@@ -17,7 +17,7 @@ use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
 use crate::io::plans::Source;
 use crate::report::words::{ALPHA, count, joined, place, wrote};
-use crate::viewer::{self, View};
+use viewer::View;
 
 /// Fleets up to this size are told drone by drone how late each may be.
 const LIST_ALL_UP_TO: usize = 40;
@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let files = match &out {
         None => Vec::new(),
         Some(out) => {
-            let page = viewer::draw(&View::of(&found.plan, None), None);
+            let page = View::of(&found.plan, None).page(None);
             let texts = vec![
                 (MAIN.to_owned(), files::json(&found.plan)),
                 ("plan.html".to_owned(), page),

@@ -16,7 +16,6 @@ use crate::io::files;
 use crate::io::plans::Source;
 use crate::report::sections::{Part, Report};
 use crate::report::words::place;
-use crate::viewer;
 
 /// Violations that are told: chosen here, the first say why.
 const MOST_TOLD: usize = 5;

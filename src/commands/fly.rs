@@ -21,7 +21,7 @@ use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::words::{ALPHA, wrote};
 use crate::report::{flight as report, page};
-use crate::viewer::{self, View};
+use viewer::View;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -165,7 +165,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut texts = vec![(MAIN.to_owned(), json(&[]))];
     texts.extend(page::files(&report));
-    let page = viewer::draw(&View::of(&file.plan, None), Some(&flown));
+    let page = View::of(&file.plan, None).page(Some(&flown));
     texts.push(("plan.html".to_owned(), page));
     let files = files::write_below(&out.path, texts)?;
     print(&match arguments.format {

@@ -19,12 +19,12 @@ use crate::io::files::{MOST_SCENARIO_BYTES, OutFolder};
 use crate::io::problems;
 use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
-use crate::report::bottlenecks::Bottlenecks;
 use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan::{self as report, LIST_ALL_UP_TO};
 use crate::report::sections::{Part, Report};
 use crate::report::words;
-use crate::viewer::{self, View};
+use viewer::Bottlenecks;
+use viewer::View;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -218,7 +218,7 @@ fn deliver(
     let mut pictures = vec![("plan.svg".to_owned(), plots::plan::draw(plan))];
     let view = View::of(plan, Some(world));
     if !arguments.no_page {
-        let page = viewer::draw(&view, None);
+        let page = view.page(None);
         pictures.push(("plan.html".to_owned(), page));
     }
     printed

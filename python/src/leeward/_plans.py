@@ -111,6 +111,10 @@ class Plan:
         """Writes it as a plan.json."""
         Path(path).write_text(self._text(), encoding="utf-8")
 
+    def page(self) -> str:
+        """It over time, as a page of one file that needs no network: the text of a plan.html."""
+        return self._plan.page(self._world)
+
     def _text(self) -> str:
         return self._plan.json() + "\n"
 

@@ -10,8 +10,8 @@ use flight::report::Paths;
 use planner::plan::{AtEnd, Bounds, Margins, Obstacle, Plan, Sample, Status, Zone};
 use serde::Serialize;
 
-use super::air::AirOfPlan;
-use super::waits::Waits;
+use crate::air::AirOfPlan;
+use crate::waits::Waits;
 
 /// Levels of a wake's far field: chosen here, it is drawn straight between them.
 const LEVELS: [usize; 2] = [10, 4];
@@ -22,7 +22,7 @@ const UNIT: f64 = 1e-4;
 
 /// The contents of the page.
 #[derive(Serialize)]
-pub(super) struct Scene<'a> {
+pub(crate) struct Scene<'a> {
     scenario: &'a str,
     status: Status,
     bounds_m: &'a Bounds,
@@ -127,7 +127,7 @@ struct Drone<'a> {
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         plan: &'a Plan,
         (air, waits): (&AirOfPlan<'_>, &Waits),
         flight: Option<&'a FlightReport>,

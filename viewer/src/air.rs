@@ -11,14 +11,14 @@ use planner::plan::{DronePlan, Plan, Sample};
 use rayon::prelude::*;
 
 /// Contributions below this are not told one by one (m/s), chosen here: they print as 0.0.
-pub(super) const FAINT_MPS: f64 = 0.05;
+pub(crate) const FAINT_MPS: f64 = 0.05;
 /// Steps towards when air left: each divides the error by the ratio of a drone's vertical speed to
 /// the air's, about a tenth.
 const STEPS_BACK: usize = 4;
 
 /// One wake that drones share: of an airframe at a mass.
-pub(super) struct Kind {
-    pub(super) wake: Wake,
+pub(crate) struct Kind {
+    pub(crate) wake: Wake,
     /// Farthest from a rotor centre that its air is felt (m), level.
     reach_m: f64,
 }
@@ -34,33 +34,33 @@ struct Member<'a> {
 }
 
 /// The air of a whole plan.
-pub(super) struct AirOfPlan<'a> {
-    pub(super) kinds: Vec<Kind>,
+pub(crate) struct AirOfPlan<'a> {
+    pub(crate) kinds: Vec<Kind>,
     members: Vec<Member<'a>>,
     /// Of wakes, with the faces on which they end.
     outlines: WakeOutlines,
     flown: Flown,
     superposition: Superposition,
     /// Speed of the air over the centreline's; `None`: it takes no time.
-    pub(super) convection: Option<f64>,
+    pub(crate) convection: Option<f64>,
     /// Heights that wakes may reach down (m).
     depth_m: f64,
 }
 
 /// A place (m) at a time (s).
-pub(super) type Spot = (Point3<f64>, f64);
+pub(crate) type Spot = (Point3<f64>, f64);
 
 /// What one drone meets at one moment.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Met {
+pub(crate) struct Met {
     /// Mean over its rotor discs (m/s).
-    pub(super) air_mps: f64,
+    pub(crate) air_mps: f64,
     /// Drones whose wakes alone bring more than [`FAINT_MPS`], with that (m/s).
-    pub(super) from: Vec<(usize, f64)>,
+    pub(crate) from: Vec<(usize, f64)>,
 }
 
 impl<'a> AirOfPlan<'a> {
-    pub(super) fn new(plan: &'a Plan) -> AirOfPlan<'a> {
+    pub(crate) fn new(plan: &'a Plan) -> AirOfPlan<'a> {
         let effects = plan.air.effects.unwrap_or_default();
         let flown = Flown::of(&effects).unwrap_or_default();
         let depth_m = (plan.bounds_m.max.z - plan.bounds_m.min.z).max(1.0);
@@ -116,13 +116,13 @@ impl<'a> AirOfPlan<'a> {
     }
 
     /// Index of a drone's wake from a break point on; `None`: of an airframe that cannot be.
-    pub(super) fn kind(&self, drone: usize, point: usize) -> Option<usize> {
+    pub(crate) fn kind(&self, drone: usize, point: usize) -> Option<usize> {
         self.members[drone].kinds.get(point).copied()
     }
 
     /// A wake as its volumes have it, at levels down to the place's height: depth, radius, how far
     /// its axis is aside in x and y (m), and how long its air was under way (s).
-    pub(super) fn levels(&self, kind: &Kind, count: usize) -> Vec<[f64; 5]> {
+    pub(crate) fn levels(&self, kind: &Kind, count: usize) -> Vec<[f64; 5]> {
         let wake = &kind.wake;
         let near_m = wake.near_field_depth_m();
         let column_m = wake.column_radius_m();
@@ -164,7 +164,7 @@ impl<'a> AirOfPlan<'a> {
     }
 
     /// The height on which a drone's wake ends at each moment (m); `None`: it makes none.
-    pub(super) fn ends_z_m(&self, drone: usize, samples: &[Sample]) -> Vec<Option<f64>> {
+    pub(crate) fn ends_z_m(&self, drone: usize, samples: &[Sample]) -> Vec<Option<f64>> {
         let mut last: Option<(Point3<f64>, usize, f64)> = None;
         let at = |sample: &Sample| {
             let (place_m, kind) = self.makes(drone, sample.t_s)?;
@@ -186,7 +186,7 @@ impl<'a> AirOfPlan<'a> {
     }
 
     /// What all drones meet at each moment.
-    pub(super) fn met(&self, samples: &[Sample]) -> Vec<Vec<Met>> {
+    pub(crate) fn met(&self, samples: &[Sample]) -> Vec<Vec<Met>> {
         let discs: Vec<_> = self
             .members
             .iter()
@@ -259,14 +259,14 @@ impl<'a> AirOfPlan<'a> {
 
     /// The air of one drone (m/s) over the discs of another that were at a place (m) at a time (s):
     /// the mean, of that wake alone.
-    pub(super) fn brings_mps(&self, from: usize, to: usize, (place_m, at_s): Spot) -> f64 {
+    pub(crate) fn brings_mps(&self, from: usize, to: usize, (place_m, at_s): Spot) -> f64 {
         let leaves = self.leaves(from, at_s, place_m.z);
         self.alone_mps(leaves, to, place_m)
     }
 
     /// The air (m/s) over the discs of another where that is (m) at a time (s), if a drone were at
     /// a place (m) and its air took no time.
-    pub(super) fn would_bring_mps(
+    pub(crate) fn would_bring_mps(
         &self,
         (from, from_m): (usize, Point3<f64>),
         to: usize,
@@ -301,7 +301,7 @@ impl<'a> AirOfPlan<'a> {
     }
 
     /// How far from where a drone is now its air may be felt (m), level.
-    pub(super) fn reach_m(&self, drone: usize) -> f64 {
+    pub(crate) fn reach_m(&self, drone: usize) -> f64 {
         self.members[drone].reach_m
     }
 

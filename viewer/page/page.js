@@ -691,7 +691,7 @@ const fromAddress = () => {
 addEventListener('hashchange', fromAddress);
 
 // Begin.
-$('title').textContent = data.scenario || 'plan';
+document.title = $('title').textContent = data.scenario || 'plan';
 $('facts').title = data.convection ? `The plan holds for air of every speed in its range; wakes and curves show that of ${data.convection} of the centreline's.` : 'Wakes follow their drones without delay.';
 const failed = data.violations.length;
 $('status').textContent = failed ? `${data.status}: ${failed} violations` : data.status;

@@ -2,16 +2,13 @@
 //!
 //! For whom is a picture's measure of distances along paths. `plan explain` asks the verifier.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Point3;
 use planner::World;
 use planner::plan::{DronePlan, Plan, Sample};
 use planner::scenario::world::Task;
 use rayon::prelude::*;
 
-use super::air::AirOfPlan;
-use crate::report::bottlenecks::{BottleneckDrone, BottleneckPlace, Bottlenecks};
+use crate::air::AirOfPlan;
 
 /// Moments at which drones are looked at, over the fleet: chosen here, about half a second of one
 /// core.
@@ -35,42 +32,31 @@ const SLOWEST_MPS: f64 = 0.4;
 const STILL: f64 = 0.1;
 /// Between two looks at its speed (s).
 const LOOK_S: f64 = 0.05;
-/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³.
-/// Plans count it as waiting.
-const STOPPING_S: f64 = 0.8;
-/// Waits within one cube of this size are at one place (m): chosen here, the lattice's usual cell
-/// twice.
-const PLACE_M: f64 = 2.0;
-/// Bottlenecks of each kind that are told, chosen here.
-const MOST_TOLD: usize = 3;
 
 /// A stop between two moves, or a dwell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stop {
+pub struct Stop {
     /// s.
-    pub(crate) from_s: f64,
+    pub from_s: f64,
     /// s.
-    pub(crate) until_s: f64,
+    pub until_s: f64,
     /// `dwell`, `wait`, or `stop` where that is not known.
-    pub(crate) what: &'static str,
+    pub what: &'static str,
     /// Which drone it waits for; `None`: no one drone is in its way.
-    pub(crate) waits_for: Option<usize>,
+    pub waits_for: Option<usize>,
     /// m.
-    pub(crate) at_m: Point3<f64>,
+    pub at_m: Point3<f64>,
 }
 
 /// The stops of a whole plan.
 pub(crate) struct Waits {
     /// Moments at which the fleet is looked at.
-    pub(super) samples: Vec<Sample>,
+    pub(crate) samples: Vec<Sample>,
     /// Between two of them (s), whole milliseconds.
-    pub(super) step_s: f64,
+    pub(crate) step_s: f64,
     /// Of each drone, by their beginning.
-    pub(super) stops: Vec<Vec<Stop>>,
+    pub(crate) stops: Vec<Vec<Stop>>,
 }
-
-/// By drone, how long it waits in a place (s), and where it first did (m).
-type WaitsByDrone = BTreeMap<usize, (f64, Point3<f64>)>;
 
 impl Waits {
     /// With its world the stops of a plan are told apart: dwells, and waits.
@@ -103,58 +89,10 @@ impl Waits {
             stops,
         }
     }
-
-    /// Where and for whom the fleet waits most.
-    pub(crate) fn bottlenecks(&self, plan: &Plan) -> Bottlenecks {
-        let mut found = Bottlenecks::default();
-        // Seconds by drone that waits, so that each counts once.
-        let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
-        let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
-        for (drone, (k, stops)) in plan.drones.iter().zip(self.stops.iter().enumerate()) {
-            let waits = || stops.iter().filter(|it| it.what == "wait");
-            // A drone's waits as its plan counts them, over its stops by their length.
-            let takes_s = |it: &Stop| it.until_s - it.from_s + STOPPING_S;
-            let all_s: f64 = waits().map(takes_s).sum();
-            found.waits_s += drone.waits_s;
-            for stop in waits() {
-                let waits_s = drone.waits_s * takes_s(stop) / all_s;
-                if let Some(other) = stop.waits_for {
-                    *drones.entry(other).or_default().entry(k).or_default() += waits_s;
-                }
-                let cube = |m: f64| (m / PLACE_M).floor() as i64;
-                let key = [stop.at_m.x, stop.at_m.y, stop.at_m.z].map(cube);
-                let there = places.entry(key).or_default();
-                there.entry(k).or_insert((0.0, stop.at_m)).0 += waits_s;
-            }
-        }
-        let drone = |(other, of): (usize, BTreeMap<usize, f64>)| BottleneckDrone {
-            name: plan.drones[other].name.clone(),
-            drones: of.len(),
-            waits_s: of.values().sum(),
-        };
-        found.drones = drones.into_iter().map(drone).collect();
-        let place = |of: WaitsByDrone| {
-            let middle = of
-                .values()
-                .fold(Point3::origin(), |sum, it| sum + it.1.coords);
-            BottleneckPlace {
-                at_m: (middle / of.len() as f64).map(|m| (m * 100.0).round() / 100.0),
-                drones: of.len(),
-                waits_s: of.values().map(|it| it.0).sum(),
-            }
-        };
-        found.places = places.into_values().map(place).collect();
-        // In the plan's order, and by place, where they are the same.
-        found.drones.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
-        found.places.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
-        found.drones.truncate(MOST_TOLD);
-        found.places.truncate(MOST_TOLD);
-        found
-    }
 }
 
 /// Stops between two moves, in order, and which are dwells at a task; for whom is not asked.
-pub(crate) fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
+pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
     let path = &plan.drones[drone].trajectory;
     let points = path.t_s.len().min(path.position_m.len());
     let mut found = Vec::new();
@@ -319,8 +257,12 @@ mod tests {
 
     #[test]
     fn a_place_that_is_held_until_a_time_is_dwelt_at_from_when_the_drone_comes() {
-        let mut world = crate::tests::two_above_each_other();
-        world.drones.truncate(1);
+        let text = r#"Scenario(
+            name: "one",
+            bounds_m: (min: (0, 0, 0), max: (10, 10, 8)),
+            drones: [(name: "k4", airframe: "kolibri", start_m: (5, 6, 5), tasks: [(to_m: (6, 6, 5))])],
+        )"#;
+        let mut world = planner::read_world(text).expect("in order");
         let drone = &mut world.drones[0];
         drone.tasks[0].during_s = Some([5.0, 9.0]);
         let mut home = drone.tasks[0].clone();

@@ -1,0 +1,104 @@
+//! Where a fleet waits most, and for whom: what is told of it.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+use planner::plan::Plan;
+use serde::Serialize;
+
+use crate::waits::Stop;
+
+/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³.
+/// Plans count it as waiting.
+const STOPPING_S: f64 = 0.8;
+/// Waits within one cube of this size are at one place (m): chosen here, the lattice's usual cell
+/// twice.
+const PLACE_M: f64 = 2.0;
+/// Bottlenecks of each kind that are told, chosen here.
+const MOST_TOLD: usize = 3;
+
+/// Where a fleet waits most, and for whom.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Bottlenecks {
+    /// All waits together (s).
+    pub waits_s: f64,
+    /// Drones that others wait for, the most first.
+    pub drones: Vec<BottleneckDrone>,
+    /// Places where drones wait, the most first.
+    pub places: Vec<BottleneckPlace>,
+}
+
+/// A drone that others wait for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BottleneckDrone {
+    /// Its name in the plan.
+    pub name: String,
+    /// How many others wait for it.
+    pub drones: usize,
+    /// All together (s).
+    pub waits_s: f64,
+}
+
+/// A place where drones wait.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BottleneckPlace {
+    /// The mean of their places (m).
+    pub at_m: Point3<f64>,
+    /// How many wait there.
+    pub drones: usize,
+    /// All together (s).
+    pub waits_s: f64,
+}
+
+/// By drone, how long it waits in a place (s), and where it first did (m).
+type WaitsByDrone = BTreeMap<usize, (f64, Point3<f64>)>;
+
+impl Bottlenecks {
+    /// From the stops of each drone of a plan.
+    pub(crate) fn of(plan: &Plan, stops: &[Vec<Stop>]) -> Bottlenecks {
+        let mut found = Bottlenecks::default();
+        // Seconds by drone that waits, so that each counts once.
+        let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
+        let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
+        for (drone, (k, stops)) in plan.drones.iter().zip(stops.iter().enumerate()) {
+            let waits = || stops.iter().filter(|it| it.what == "wait");
+            // A drone's waits as its plan counts them, over its stops by their length.
+            let takes_s = |it: &Stop| it.until_s - it.from_s + STOPPING_S;
+            let all_s: f64 = waits().map(takes_s).sum();
+            found.waits_s += drone.waits_s;
+            for stop in waits() {
+                let waits_s = drone.waits_s * takes_s(stop) / all_s;
+                if let Some(other) = stop.waits_for {
+                    *drones.entry(other).or_default().entry(k).or_default() += waits_s;
+                }
+                let cube = |m: f64| (m / PLACE_M).floor() as i64;
+                let key = [stop.at_m.x, stop.at_m.y, stop.at_m.z].map(cube);
+                let there = places.entry(key).or_default();
+                there.entry(k).or_insert((0.0, stop.at_m)).0 += waits_s;
+            }
+        }
+        let drone = |(other, of): (usize, BTreeMap<usize, f64>)| BottleneckDrone {
+            name: plan.drones[other].name.clone(),
+            drones: of.len(),
+            waits_s: of.values().sum(),
+        };
+        found.drones = drones.into_iter().map(drone).collect();
+        let place = |of: WaitsByDrone| {
+            let middle = of
+                .values()
+                .fold(Point3::origin(), |sum, it| sum + it.1.coords);
+            BottleneckPlace {
+                at_m: (middle / of.len() as f64).map(|m| (m * 100.0).round() / 100.0),
+                drones: of.len(),
+                waits_s: of.values().map(|it| it.0).sum(),
+            }
+        };
+        found.places = places.into_values().map(place).collect();
+        // In the plan's order, and by place, where they are the same.
+        found.drones.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
+        found.places.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
+        found.drones.truncate(MOST_TOLD);
+        found.places.truncate(MOST_TOLD);
+        found
+    }
+}
