@@ -14,7 +14,7 @@ use crate::plan::outcome::{
     Planned, Progress,
 };
 use crate::plan::{IgnoringDownwash, Plan, Unplanned};
-use crate::scenario::world::World;
+use crate::scenario::world::{PathMotion, World};
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::search::{Found, IMMOVABLE, Searched, Setting, search};
@@ -136,9 +136,9 @@ pub(crate) fn by_open_rules<'a>(
                 effort.add(&spent);
                 why
             }
-            Err(conflicts) => {
-                let why = Why::Starts(conflicts.count());
-                excluded.get_or_insert(conflicts);
+            Err(endpoints) => {
+                let why = Why::Starts(endpoints.conflicts.count());
+                excluded.get_or_insert((world, endpoints));
                 why
             }
         };
@@ -155,7 +155,10 @@ pub(crate) fn by_open_rules<'a>(
             };
             Ok(best)
         }
-        (None, Some(conflicts)) => Err(conflicts),
+        (None, Some((world, mut endpoints))) => {
+            endpoints.confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
+            Err(endpoints.conflicts)
+        }
         (None, None) => unreachable!("nothing limits the states of the last run"),
     }
 }
@@ -168,7 +171,7 @@ fn by_rules<'a>(
     [is_first, is_last]: [bool; 2],
     control: &'a Control<'a>,
     solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
-) -> Result<Result<Solved<'a>, (Why, Effort)>, EndpointConflicts> {
+) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
     let mut run = Run::new(world, control)?;
     if !is_last {
         if let Some(why) = Why::before(world, &run.job) {
@@ -228,8 +231,10 @@ pub(crate) fn tried(
     solved.map(|(paths, _)| paths)
 }
 
-/// States of the search for one drone alone among zones: chosen here, a second of work.
+/// States of the search for one drone alone among zones: chosen here, a second or two of work.
 const MOST_EXPANSIONS_ALONE: u64 = 50_000;
+/// The same of smooth flights, whose states take as much longer: chosen here.
+const MOST_SMOOTH_EXPANSIONS_ALONE: u64 = 10_000;
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
@@ -258,17 +263,13 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// The conflicts of endpoints, where starts exclude one another.
-    pub(crate) fn new(
-        world: &'a World,
-        control: &'a Control<'a>,
-    ) -> Result<Run<'a>, EndpointConflicts> {
+    pub(crate) fn new(world: &'a World, control: &'a Control<'a>) -> Result<Run<'a>, Exclusions> {
         (control.progress)(Progress::Preparing);
-        let (mut endpoints, job) =
+        let (endpoints, job) =
             rayon::join(|| endpoints::find(world), || prepare(world, control.stop));
         let mut conflicts = endpoints.conflicts.worst.iter();
         if conflicts.any(|c| c.when == EndpointKind::Starts) {
-            endpoints.confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
-            return Err(endpoints.conflicts);
+            return Err(endpoints);
         }
         Ok(Run {
             world,
@@ -358,8 +359,11 @@ impl<'a> Run<'a> {
     ) -> Vec<(DroneId, FailureKind)> {
         let job = &mut self.job;
         let weights = vec![IMMOVABLE; job.agents.len()];
-        let most = self.most_expansions.unwrap_or(MOST_EXPANSIONS_ALONE);
-        let most = most.min(MOST_EXPANSIONS_ALONE);
+        let alone = match self.world.planning.motion {
+            PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS_ALONE,
+            PathMotion::Straight => MOST_EXPANSIONS_ALONE,
+        };
+        let most = self.most_expansions.map_or(alone, |most| most.min(alone));
         let setting = Setting {
             most_expansions: most,
             ..Setting::judged(&job.roadmap, empty, &weights, self.control.stop)
