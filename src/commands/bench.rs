@@ -1,6 +1,7 @@
 //! `plan bench`: how planning grows with the fleet, as a table with its machine and its command.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -12,7 +13,7 @@ use tools::bench::instance::{Figures, Instance, Measured};
 use tools::bench::machine::Machine;
 use tools::bench::row::Row;
 use tools::bench::suite::Suite;
-use tools::bench::{apart, table};
+use tools::bench::{apart, peers, table};
 use tools::instances::Floor;
 
 use super::by_name;
@@ -47,6 +48,10 @@ pub(crate) struct Arguments {
     /// Plan in straight motion with quasi-static wakes from the start, as crowded floors are
     #[arg(long)]
     relaxed: bool,
+    /// Solve the same instances by other planners, too: `lacam3` (the `main` of LaCAM3) and `lns`
+    /// (MAPF-LNS2), where they lie in this folder; on the floor alone, as they do
+    #[arg(long, value_name = "DIR", conflicts_with = "one")]
+    peers: Option<PathBuf>,
     /// How to print: Markdown, or JSON with every single run
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -60,6 +65,12 @@ pub(crate) struct Arguments {
 /// Answers no where a fleet could not be planned whole or a plan is not verified.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let suite = arguments.suite();
+    if let Some(path) = &suite.peers {
+        std::fs::read_dir(path).map_err(|source| Failure::Read {
+            path: path.clone(),
+            source,
+        })?;
+    }
     let asked = suite.instances();
     // Nothing is planned where something does not fit.
     for one in &asked {
@@ -76,14 +87,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let machine = Machine::here(arguments.jobs);
     let command = suite.command();
     let rows = rows(&suite, asked.len());
+    let folder = suite.peers.as_deref();
+    let peers = folder.map(|folder| peers::rows(&suite, folder, tempfile::tempdir));
     print(&match arguments.format {
-        Format::Text => table::text(&command, &machine, &rows, suite.seeds.len()),
+        Format::Text => {
+            let table = table::text(&command, &machine, &rows, suite.seeds.len());
+            let peers = peers.map(|peers| peers::text(&rows, &peers));
+            [table, peers.unwrap_or_default()].join("\n")
+        }
         Format::Json => files::json_pretty(&json!({
             "format": "bench/1",
             "command": command,
             "machine": machine,
             "rows": rows,
             "growth": growth(&rows),
+            "peers": peers,
         })),
     })?;
     Ok(Answer::from(rows.iter().all(Row::is_safe)))
@@ -144,6 +162,7 @@ impl Arguments {
             jobs: self.jobs,
             contrast: !self.without_contrast,
             relaxed: self.relaxed,
+            peers: self.peers.clone(),
         }
     }
 }

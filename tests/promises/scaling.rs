@@ -141,6 +141,50 @@ fn the_table_in_the_docs_has_the_columns_that_are_printed() {
 
 /// Where one drone after another finds no path any more the whole fleet moves step by step, at
 /// several times the sum of the drones' own times.
+/// A planner of straight paths that stands in for MAPF-LNS2: it reads and writes what that does.
+#[cfg(unix)]
+const STRAIGHT: &str = r#"#!/bin/sh
+for word in "$@"; do case $word in --outputPaths=*) out=${word#*=};; esac; done
+awk -F '\t' 'NF > 8 {
+    x = $5; y = $6; printf "Agent %d:(%d,%d)->", n++, y, x
+    while (x != $7) { x += x < $7 ? 1 : -1; printf "(%d,%d)->", y, x }
+    while (y != $8) { y += y < $8 ? 1 : -1; printf "(%d,%d)->", y, x }
+    print ""
+}' floor.scen > "$out"
+"#;
+
+#[cfg(unix)]
+#[test]
+fn other_planners_are_run_where_they_are_found_and_their_plans_judged() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("lns");
+    std::fs::write(&program, STRAIGHT).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let asked = ["hall", "--drones", "3,60", "--seeds", "1", "--relaxed"];
+    let peers = ["--peers", folder.path().to_str().unwrap()];
+    let (code, printed, stderr) = bench(&[&asked[..], &peers[..]].concat());
+    assert_eq!((code, stderr.as_str()), (0, ""), "{printed}");
+    let rows = rows(&printed);
+    let of = |size: &str, planner: &str| {
+        let mut rows = rows.iter().filter(|row| row.len() == 7);
+        let found = rows.find(|row| row[1] == size && row[2] == planner);
+        found.unwrap_or_else(|| panic!("{printed}"))[3..].to_vec()
+    };
+    assert_eq!(of("3", "LaCAM3"), ["not found", "-", "-", "-"]);
+    let few = of("3", "MAPF-LNS2");
+    assert_eq!((&*few[0], &*few[2], &*few[3]), ("1 of 1", "1.000", "0"));
+    // None gives way.
+    let many = of("60", "MAPF-LNS2");
+    assert!(many[3].contains(" air"), "{many:?}");
+    assert_eq!(of("60", "this one")[3], "0");
+
+    let (code, _, stderr) = bench(&["hall", "--peers", "no-such-folder"]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("no-such-folder"), "{stderr}");
+}
+
 #[cfg(feature = "long")]
 #[test]
 fn a_thousand_drones_are_planned_one_after_another_at_little_above_their_own_times() {

@@ -1,6 +1,7 @@
 //! What a benchmark plans: fleets of several sizes in several places, each from several seeds.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use super::instance::{Figures, Instance};
@@ -25,6 +26,8 @@ pub struct Suite {
     pub contrast: bool,
     /// Whether each is planned in straight motion with quasi-static wakes from the start.
     pub relaxed: bool,
+    /// Where the programs of other planners lie, if they are asked as well.
+    pub peers: Option<PathBuf>,
 }
 
 impl Suite {
@@ -74,6 +77,9 @@ impl Suite {
                 .into_iter()
                 .flat_map(Instance::options),
         );
+        if let Some(folder) = &self.peers {
+            words.push(format!("--peers {}", folder.display()));
+        }
         words.join(" ")
     }
 }
