@@ -24,7 +24,7 @@ use crate::infer::outside::{Remains, Shape, global_test, is_beyond_doubt, is_sur
 use crate::infer::select::{Selection, Singles, Tried, flexible, select, singles};
 use crate::record::recording::Recording;
 use crate::statistics::bootstrap::intervals_95;
-use crate::statistics::held_out::FOLDS;
+use crate::statistics::held_out::{FOLDS, Gain};
 use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
 use crate::statistics::quantile::{difference, nearest_rank, root_mean_square};
@@ -79,6 +79,9 @@ const OF_A_DRONE: [&str; 13] = [
     "emitter y m",
 ];
 const MOSTLY: f64 = 0.8;
+/// p-value below which readings contradict what throttle and power say. Chosen here: a name that is
+/// right, and that readings tell nothing of, is withdrawn once in twenty.
+const CONTRADICTED_P: f64 = 0.05;
 /// What settles an answer that throttle and power gave.
 const WEIGH: &str =
     "each drone on a scale with its battery, and pressure and temperature where it flies";
@@ -168,26 +171,27 @@ pub fn diagnose_channel(
     }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &observed, &selection));
-    let mut held_out = held_out(&setting, &selection, shape.as_ref());
+    let (mut held_out, p_of_loss) = held_out(&setting, &selection, shape.as_ref());
     let mut correction = setting.explanation(&selection.chosen);
     let mut withdrawn = None;
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
     let mut laws = laws;
-    // Beside a term that was fitted, what throttle and power say stands: the two may mask one
-    // another in the readings.
+    // Throttle and power are readings of their own: what they say stands unless blocks of the others
+    // agree that it makes them worse. Beside a term that was fitted it stands in any case: the two
+    // may mask one another in the readings.
     let is_alone = selection.chosen.which.is_empty();
-    if is_alone && !effects.is_empty() && held_out.rms_after >= held_out.rms_before {
-        let rms_after = held_out.rms_after;
+    if is_alone && !effects.is_empty() && p_of_loss < CONTRADICTED_P {
         withdrawn = Some(Withdrawn {
             effects: std::mem::take(&mut effects),
-            rms_after,
+            rms_after: held_out.rms_after,
+            p: p_of_loss,
         });
         if shape.is_none() {
             // Nothing of it stands: neither in the prediction nor in what is flown.
             selection.withdraw();
             selection.chosen.fit = plain.nothing();
-            held_out = self::held_out(&plain, &selection, None);
+            (held_out, _) = self::held_out(&plain, &selection, None);
             correction = Hypothesis::default();
             corrected = plain.predicted(&[], &[]);
             laws = (Vec::new(), Vec::new());
@@ -282,8 +286,9 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
     (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
 }
 
-/// Errors on blocks left out of the fit, fold by fold.
-fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> HeldOut {
+/// Errors on blocks left out of the fit, fold by fold, and the p-value of their squares having grown
+/// by chance, block by block.
+fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> (HeldOut, f64) {
     let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         setting.left(&setting.predicted_held_out(members, fit))
     };
@@ -299,20 +304,23 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
         None => of_fit(setting, &chosen.members(setting.candidates), &chosen.fit),
     };
     let blocks = &setting.noise.blocks;
-    let sums = blocks.sums(after.iter().map(|left| left * left));
+    let [squares_before, squares] = [&before, &after].map(|left| left.iter().map(|e| e * e));
+    let less = Gain::over_each(blocks, squares_before, squares.clone());
+    let sums = blocks.sums(squares);
     let counts = blocks.sums(after.iter().map(|_| 1.0));
     let seed = blocks.count() as u64;
     let [[low, high]] = intervals_95(blocks.count(), DRAWS, seed, |picked| {
         let sum = |of: &[f64]| picked.iter().map(|&b| of[b]).sum::<f64>();
         [(sum(&sums) / sum(&counts).max(1.0)).sqrt()]
     });
-    HeldOut {
+    let held_out = HeldOut {
         rms_before: root_mean_square(&before),
         rms_after: root_mean_square(&after),
         rms_after_low: low,
         rms_after_high: high,
         noise_floor: root_mean_square(setting.noise.sd()),
-    }
+    };
+    (held_out, less.p_of_loss())
 }
 
 /// Every candidate alone, best first.

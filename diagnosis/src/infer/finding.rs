@@ -154,6 +154,8 @@ pub struct Withdrawn {
     pub effects: Vec<Effect>,
     /// Root mean square error with it on blocks that were not fitted, in the channel's unit.
     pub rms_after: f64,
+    /// p-value: how often square errors of as many blocks would grow as much by chance.
+    pub p: f64,
 }
 
 /// Where the corrected simulation differs from the baseline by more than half a standard deviation.

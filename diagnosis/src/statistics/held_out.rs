@@ -13,6 +13,7 @@ use super::noise::Noise;
 use super::quantile::difference;
 use super::robust::loss;
 use super::sequence::Blocks;
+use super::tail::student_two_sided;
 
 /// Folds that blocks are dealt to. Chosen here: five sixths of a recording fit a law as well as all
 /// of it.
@@ -52,7 +53,17 @@ impl Gain {
     /// Of samples' log densities over others, one value a sample each.
     #[must_use]
     pub fn over(blocks: &Blocks, log_density: &[f64], other: &[f64]) -> Self {
-        Self::new(blocks.sums(difference(log_density, other)))
+        Self::over_each(blocks, log_density.iter().copied(), other.iter().copied())
+    }
+
+    /// Of anything that adds up over samples, beyond the same of another prediction.
+    #[must_use]
+    pub fn over_each(
+        blocks: &Blocks,
+        values: impl Iterator<Item = f64>,
+        others: impl Iterator<Item = f64>,
+    ) -> Self {
+        Self::new(blocks.sums(values.zip(others).map(|(value, other)| value - other)))
     }
 
     /// Of what is left after a prediction (`after`) against what was left before, both in the
@@ -67,6 +78,17 @@ impl Gain {
     #[must_use]
     pub fn beyond(&self, other: &Self) -> Self {
         Self::new(difference(&self.by_block, &other.by_block))
+    }
+
+    /// p-value of the total being below 0 by chance: of the paired differences of blocks by Student's
+    /// law, on one side. 1 where it is not below 0, or there is no spread to go by.
+    #[must_use]
+    pub fn p_of_loss(&self) -> f64 {
+        let t = self.total / self.standard_error;
+        match t < 0.0 {
+            true => 0.5 * student_two_sided(t, self.by_block.len() as f64 - 1.0),
+            false => 1.0,
+        }
     }
 
     /// The total without the block that gains most.
@@ -110,5 +132,19 @@ mod tests {
         // Four standard errors of a standard deviation from 400.
         assert!((claimed / runs / spread - 1.0).abs() < 0.15);
         assert!((sum / runs - 40.0).abs() < 4.0 * spread / runs.sqrt());
+    }
+
+    #[test]
+    fn what_changes_nothing_loses_as_often_as_its_p_value_says() {
+        let runs = 2000;
+        let gain = |seed: u64| {
+            let mut random = Draws::new(seed);
+            Gain::new((0..9).map(|_| random.normal()).collect())
+        };
+        let lost = (0..runs).filter(|&seed| gain(seed).p_of_loss() < 0.05);
+        // Four standard errors of a share of 0.05 from 2000.
+        assert!((lost.count() as f64 / runs as f64 - 0.05).abs() < 0.02);
+        assert_eq!(Gain::new(vec![1.0, 2.0]).p_of_loss(), 1.0);
+        assert_eq!(Gain::new(vec![-1.0]).p_of_loss(), 1.0);
     }
 }

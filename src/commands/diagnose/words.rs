@@ -333,9 +333,10 @@ fn taken_back(finding: &Finding, withdrawn: &Withdrawn) -> String {
         finding.channel,
     );
     format!(
-        "{} is withdrawn: with it the rms error on {} that were not fitted goes from {before} to {after}. Something is there that these readings do not explain; nothing of it is in finding.ron.",
+        "{} is withdrawn: with it the rms error on {} that were not fitted goes from {before} to {after} (p-value {:.2}, by blocks). Something is there that these readings do not explain; nothing of it is in finding.ron.",
         joined(withdrawn.effects.iter().map(of), " and "),
-        parts_of(finding.channel)
+        parts_of(finding.channel),
+        withdrawn.p
     )
 }
 

@@ -69,10 +69,12 @@ fn finding(seed: u64) -> Finding {
         false => before * factor,
     };
     let mut withdrawn = None;
-    if after >= before && !effects.is_empty() {
+    // What rises by chance stands, where throttle and power tell of it.
+    if after >= before && !effects.is_empty() && random.uniform() < 0.5 {
         withdrawn = Some(Withdrawn {
             effects: std::mem::take(&mut effects),
             rms_after: after,
+            p: random.between(0.0, 0.05),
         });
         after = before;
     }
