@@ -8,7 +8,7 @@
 use crate::airframe::Airframe;
 use crate::convection::Convection;
 use crate::effects::{
-    ClimbDescent, Effects, GroundImpingement, Home, MOST_WIND, PayloadMass, Treatment,
+    ClimbDescent, Effects, GroundImpingement, Home, MOST_WIND, PayloadMass, Treatment, WakeLean,
 };
 use crate::superposition::Superposition;
 use crate::wake::Wake;
@@ -30,6 +30,10 @@ pub struct Flown {
     pub convection: Option<Convection>,
     /// The wall jet along the floor.
     pub wall: Option<GroundImpingement>,
+    /// How far jets follow the tilt of their drones' thrust.
+    pub lean: Option<WakeLean>,
+    /// Sideways over down, that every wake is taken to lean by at most, in any direction.
+    most_lean: f64,
 }
 
 impl Default for Flown {
@@ -42,6 +46,8 @@ impl Default for Flown {
             return_flow_mps: 0.0,
             convection: None,
             wall: None,
+            lean: None,
+            most_lean: 0.0,
         }
     }
 }
@@ -91,16 +97,19 @@ impl Flown {
             wall: effects
                 .ground_impingement
                 .filter(|ground| ground.wall_jet > 0.0),
+            lean: effects.wake_lean,
+            most_lean: 0.0,
         })
     }
 
     /// A plain wake with what changes it, hovering.
     #[must_use]
     pub fn wake(&self, plain: &Wake) -> Wake {
-        if self.steady == Effects::default() && self.climb.is_none() {
+        let is_leaning = self.most_lean > 0.0;
+        if self.steady == Effects::default() && self.climb.is_none() && !is_leaning {
             return plain.clone();
         }
-        plain.with_effects(&self.steady)
+        plain.with_effects(&self.steady).leaning(self.most_lean)
     }
 
     /// The wake of a drone (of [`Flown::wake`]) while it climbs at a speed (m/s, up positive).
@@ -123,6 +132,15 @@ impl Flown {
         self
     }
 
+    /// The same for drones that accelerate by at most so much (m/s²; infinite where nothing limits
+    /// it): every wake is the bound of all that those may bring about. Without this wakes are as of
+    /// drones that keep their velocity.
+    #[must_use]
+    pub fn accelerating(mut self, most_mps2: f64) -> Flown {
+        self.most_lean = self.lean.map_or(0.0, |lean| lean.most(most_mps2));
+        self
+    }
+
     /// The longest that air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0
     /// where it takes no time.
     #[must_use]
@@ -139,9 +157,16 @@ impl Flown {
     }
 
     /// Why drones of this airframe cannot be flown with these effects, in air of this density
-    /// (kg/m³): a wind too strong for the model of the bent jet.
+    /// (kg/m³): wakes that lean without bound, a wind too strong for the model of the bent jet.
     #[must_use]
     pub fn beyond(&self, airframe: &Airframe, density_kg_per_m3: f64) -> Option<String> {
+        if self.most_lean.is_infinite() {
+            return Some(
+                "its finding holds `wake_lean`, and wakes lean without bound where a highest acceleration is not stated or is gravity's \
+                 and more"
+                    .to_owned(),
+            );
+        }
         let [x, y] = self.steady.crossflow?.wind_mps;
         let wind_mps = x.hypot(y);
         let plain_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
@@ -173,8 +198,12 @@ fn steady(effects: &Effects) -> Effects {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{Crossflow, JetMerging, MomentumScale, ReceiverInflow, WakeTransport};
+    use crate::effects::{
+        Crossflow, JetMerging, MomentumScale, ProfileTail, ReceiverInflow, RotorCant, WakeTransport,
+    };
     use crate::jet::Jet;
+    use crate::surroundings::Surroundings;
+    use nalgebra::Vector3;
 
     fn plain() -> Wake {
         let airframe = Airframe::preset("kolibri").expect("a preset");
@@ -229,6 +258,68 @@ mod tests {
         let lag_s = |depth_m: f64| flown.lag_s(&flown.wake(&plain()), depth_m);
         assert!(lag_s(0.0) == 0.0 && lag_s(2.0) < lag_s(4.0));
         assert_eq!(Flown::default().lag_s(&plain(), 4.0), 0.0);
+    }
+
+    #[test]
+    fn no_wake_that_leans_within_the_limit_is_faster_than_the_bound() {
+        let tail = ProfileTail {
+            share: 1.4,
+            steepness: 3.0,
+        };
+        let lean = WakeLean { share: 0.7 };
+        for (tail, cant) in [
+            (None, None),
+            (Some(tail), Some(RotorCant { width_factor: 1.2 })),
+        ] {
+            let effects = Effects {
+                profile_tail: tail,
+                rotor_cant: cant,
+                wake_lean: Some(lean),
+                ..Effects::default()
+            };
+            let flown = Flown::of(&effects).expect("flown").accelerating(4.0);
+            let (bound, own) = (flown.wake(&plain()), plain().with_effects(&effects));
+            let most = WakeLean { share: 1.0 }.most(4.0);
+            let pick = |k: u32| (f64::from(k) * 0.754_877_666_246_69).fract();
+            let mut nearest = 0.0_f64;
+            for k in (0..200_000).step_by(5) {
+                let depth_m = 4.0 * pick(k + 1) * pick(k + 1);
+                let beside = |n| (2.0 * pick(k + n) - 1.0) * (0.5 + depth_m);
+                let offset_m = Vector3::new(beside(2), beside(3), -depth_m);
+                let (sin, cos) = (std::f64::consts::TAU * pick(k + 4)).sin_cos();
+                let at = Surroundings {
+                    t_s: 0.0,
+                    lean: [most * pick(k) * cos, most * pick(k) * sin],
+                    climb_mps: 0.0,
+                    floor_z_m: None,
+                    emitter_z_m: 9.0,
+                };
+                let speed_mps = -at.velocity_mps(&effects, &own, offset_m).z;
+                let bound_mps = bound.axial_speed_mps(offset_m);
+                // A hundredth of the peak between two radii looked at.
+                let over_mps = speed_mps - bound_mps;
+                assert!(
+                    over_mps <= 0.01 * own.induced_velocity_mps(),
+                    "{offset_m} {at:?}"
+                );
+                nearest = nearest.max(speed_mps / bound_mps.max(0.1));
+            }
+            assert!(nearest > 0.9, "the bound is never reached: {nearest}");
+        }
+    }
+
+    #[test]
+    fn what_nothing_limits_cannot_be_flown_where_wakes_lean() {
+        let effects = Effects {
+            wake_lean: Some(WakeLean { share: 1.0 }),
+            ..Effects::default()
+        };
+        let airframe = Airframe::preset("kolibri").expect("a preset");
+        let flown = |most_mps2| {
+            let flown = Flown::of(&effects).expect("flown").accelerating(most_mps2);
+            flown.beyond(&airframe, 1.204)
+        };
+        assert!(flown(4.0).is_none() && flown(9.81).is_some() && flown(f64::INFINITY).is_some());
     }
 
     #[test]

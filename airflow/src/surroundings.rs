@@ -10,6 +10,9 @@ use crate::wake::Wake;
 pub struct Surroundings {
     /// Time (s), the clock that [`crate::effects::PayloadMass::since_s`] is on.
     pub t_s: f64,
+    /// Metres sideways for each metre down (x, y) of air that the drone's thrust pushes away, when
+    /// the air left: [`crate::effects::WakeLean::against`].
+    pub lean: [f64; 2],
     /// Vertical speed of the drone (m/s), up positive.
     pub climb_mps: f64,
     /// Height of the floor (m, world), where there is one.
@@ -20,7 +23,7 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// Velocity (m/s, world) of the air at an offset below a drone, from its steady `wake`, with
-    /// what this moment changes: payload taken up in flight, climb, the floor. `wake` is made
+    /// what this moment changes: payload taken up in flight, lean, climb, the floor. `wake` is made
     /// [`Wake::with_effects`] of the same effects.
     #[must_use]
     pub fn velocity_mps(
@@ -29,7 +32,12 @@ impl Surroundings {
         wake: &Wake,
         offset_m: Vector3<f64>,
     ) -> Vector3<f64> {
+        let share = effects.wake_lean.map_or(0.0, |lean| lean.share);
+        let lean = Vector3::new(self.lean[0], self.lean[1], 0.0) * share;
+        // A jet that leans is sheared: the air of each depth lies beside where it would lie.
+        let offset_m = offset_m + lean * offset_m.z;
         let mut velocity_mps = wake.velocity_mps(offset_m);
+        velocity_mps -= lean * velocity_mps.z;
         if offset_m.z >= 0.0 {
             return velocity_mps;
         }

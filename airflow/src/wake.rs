@@ -40,6 +40,8 @@ pub struct Wake {
     shape: Option<Arc<Shape>>,
     /// Factor on every speed of a shaped wake.
     gain: f64,
+    /// Sideways over down, that a shaped wake may lean by in any direction.
+    lean: f64,
 }
 
 /// What a change of mass leaves as it is.
@@ -82,6 +84,7 @@ impl Wake {
         match &self.shape {
             Some(shape) => Wake {
                 gain: self.gain,
+                lean: self.lean,
                 ..wake.with_effects(shape.effects())
             },
             None => wake,
@@ -123,6 +126,7 @@ impl Wake {
             shared: Arc::clone(&self.shared),
             shape: Some(Arc::new(shape)),
             gain: 1.0,
+            lean: 0.0,
         }
     }
 
@@ -136,6 +140,23 @@ impl Wake {
         };
         wake.gain = gain;
         wake
+    }
+
+    /// The fastest of all wakes that lean by up to so much (sideways over down) in any direction:
+    /// at every place below the drone, an upper bound of the air of each of them.
+    #[must_use]
+    pub fn leaning(&self, most: f64) -> Wake {
+        let mut wake = match &self.shape {
+            Some(_) => self.clone(),
+            None => self.with_effects(&Effects::default()),
+        };
+        wake.lean = most;
+        wake
+    }
+
+    /// How far (m) it may lie beside its axis at a depth (m), whatever it leans.
+    pub(crate) fn astray_m(&self, depth_m: f64) -> f64 {
+        self.lean * depth_m
     }
 
     /// What [`Wake::with_gain`] was given; 1: nothing.
@@ -172,7 +193,7 @@ impl Wake {
             None => Some(half_width_m),
             Some(shape) => shape
                 .spread(depth_m / self.length_m)
-                .map(|times| times * half_width_m),
+                .map(|times| times * half_width_m + self.astray_m(depth_m)),
         }
     }
 
@@ -187,7 +208,8 @@ impl Wake {
         let levels = (0..=16).map(|k| f64::from(k) / 16.0 * self.far.from_m() / self.length_m);
         let radius_m = levels.filter_map(|s| {
             let [x, y] = shape.axis(s)?;
-            Some(x.hypot(y) * self.length_m + shape.spread(s)?.max(1.0) * tips_m)
+            let astray_m = self.astray_m(s * self.length_m);
+            Some(x.hypot(y) * self.length_m + shape.spread(s)?.max(1.0) * tips_m + astray_m)
         });
         radius_m.fold(tips_m, f64::max)
     }
@@ -241,6 +263,7 @@ impl Wake {
             shared,
             shape: None,
             gain: 1.0,
+            lean: 0.0,
         }
     }
 

@@ -189,6 +189,7 @@ mod tests {
                 assert!(x.hypot(y) <= bound_mps * (1.0 + 1e-9), "{case}");
                 // And it is what the flow model adds.
                 let at = Surroundings {
+                    lean: [0.0; 2],
                     t_s: 0.0,
                     climb_mps: 0.0,
                     floor_z_m: Some(0.0),

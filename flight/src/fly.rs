@@ -5,6 +5,7 @@
 //! flies on. Drones are worked on in parallel, each from the same picture of the others, so the
 //! number of threads changes nothing.
 
+use airflow::effects::WakeLean;
 use nalgebra::{Point3, Vector3};
 use planner::Plan;
 use rayon::prelude::*;
@@ -69,7 +70,7 @@ pub struct Options {
     pub convection: Vec<f64>,
     /// Intensity of gusts over the centreline speed; 0: none.
     pub gusts: f64,
-    /// Whether air leaves along the thrust, turned about.
+    /// Whether air leaves along the thrust, turned about, whatever a finding says of it.
     pub lean: bool,
     /// Of the gusts.
     pub seed: u64,
@@ -435,8 +436,10 @@ impl Setting<'_> {
                 .climbing(&craft.wake, body.velocity_mps.z)
                 .gain();
         }
-        let lean = match self.options.lean && pilot.is_flying {
-            true => [-body.up.x, -body.up.y].map(|it| it / body.up.z.max(LEAST_UPRIGHT)),
+        let found = fleet.flown.lean.map_or(0.0, |lean| lean.share);
+        let share = if self.options.lean { 1.0 } else { found };
+        let lean = match pilot.is_flying {
+            true => WakeLean::against(body.up).map(|lean| share * lean),
             false => [0.0; 2],
         };
         let at_m = &body.position_m;
@@ -655,9 +658,6 @@ impl Setting<'_> {
         }
     }
 }
-
-/// A leaning thrust is taken for no flatter than this (its vertical share).
-const LEAST_UPRIGHT: f64 = 0.3;
 
 impl Pilot {
     /// Takes off, or stays down.

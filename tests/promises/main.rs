@@ -39,6 +39,7 @@ mod scaling;
 mod scenario;
 mod scenarios;
 mod serve;
+mod swarm;
 mod verifier;
 mod volumes;
 mod wakes;

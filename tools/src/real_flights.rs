@@ -100,7 +100,10 @@ fn row((question, found): (&Question, &CampaignFinding)) -> Vec<String> {
     let named: Vec<String> = named
         .map(|(effect, taken)| {
             let (gain, error) = (taken.gain, taken.gain_error);
-            format!("{}; gain {gain:.0} ± {error:.0}", in_words(effect))
+            let r2 = taken.r2_gained.map_or(String::new(), |[low, r2, high]| {
+                format!(", R² {r2:+.3} ({low:+.3} to {high:+.3})")
+            });
+            format!("{}; gain {gain:.0} ± {error:.0}{r2}", in_words(effect))
         })
         .collect();
     let is_here = |rows: &str| rows.starts_with(question.rows);

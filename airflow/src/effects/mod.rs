@@ -7,7 +7,7 @@
 //! - in one drone's jet, as a function of the place below it ([`crate::Wake::with_effects`]):
 //!   cross-flow, tilt, cant, wander, tail, scale, near field, buoyancy, swirl, radial flow;
 //! - in how the jet meets its surroundings at one moment ([`crate::Surroundings::velocity_mps`]):
-//!   transport, climb, floor, recirculation, merging;
+//!   transport, lean, climb, floor, recirculation, merging;
 //! - in how a receiver answers ([`Effects::receiver_alpha`], [`Effects::thrust_ratio`],
 //!   [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
 //!
@@ -36,6 +36,7 @@ mod recirculation;
 mod rotor_cant;
 mod spec;
 mod swirl;
+mod wake_lean;
 mod wake_tilt;
 mod wake_transport;
 mod wander;
@@ -68,12 +69,13 @@ pub use recirculation::Recirculation;
 pub use rotor_cant::RotorCant;
 pub use spec::{EffectSpec, FitOver, Home, OutOfRange, Parameter, Treatment};
 pub use swirl::Swirl;
+pub use wake_lean::WakeLean;
 pub use wake_tilt::WakeTilt;
 pub use wake_transport::WakeTransport;
 pub use wander::Wander;
 
 /// Every effect, in the order of the fields of [`Effects`]: the effect table.
-pub const EFFECTS: [&EffectSpec; 24] = [
+pub const EFFECTS: [&EffectSpec; 25] = [
     &crossflow::SPEC,
     &wake_tilt::SPEC,
     &rotor_cant::SPEC,
@@ -89,6 +91,7 @@ pub const EFFECTS: [&EffectSpec; 24] = [
     &entrainment_radial::SPEC,
     &jet_merging::SPEC,
     &wake_transport::SPEC,
+    &wake_lean::SPEC,
     &climb_descent::SPEC,
     &ground_impingement::SPEC,
     &recirculation::SPEC,
@@ -149,6 +152,9 @@ pub struct Effects {
     /// Convective delay.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wake_transport: Option<WakeTransport>,
+    /// A jet that leans as its drone's thrust does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wake_lean: Option<WakeLean>,
     /// A drone that climbs or sinks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub climb_descent: Option<ClimbDescent>,

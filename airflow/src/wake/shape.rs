@@ -9,6 +9,12 @@ use crate::jet::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use crate::near_field::NearField;
 use crate::wake::Wake;
 
+/// Distances from the axis at which humps of a profile are looked for, in half-widths: steps, and
+/// how many. Chosen here: a jet of one rotor is half as wide, and between two steps within a
+/// hundredth of its peak; beyond two half-widths every profile falls.
+const HUMP_STEP: f64 = 0.05;
+const HUMP_STEPS: u32 = 40;
+
 /// Steady effects made ready for one drone.
 #[derive(Debug)]
 pub(crate) struct Shape {
@@ -170,6 +176,11 @@ impl Shape {
             (from_axis[1] + shortened * towards[1]) / section.width,
             offset_m.z,
         );
+        let astray_m = wake.astray_m(s * length_m) / section.width;
+        let place_m = match astray_m {
+            0.0 => place_m,
+            _ => self.fastest_near(wake, place_m, astray_m),
+        };
         let radius_m = place_m.x.hypot(place_m.y);
         let plain_mps = wake.plain_velocity_mps(place_m);
         let axial_mps = section.speed * self.profile_mps(wake, place_m, radius_m, -plain_mps.z);
@@ -193,6 +204,40 @@ impl Shape {
             }
         }
         velocity_mps
+    }
+
+    /// The place (m) of the undeformed jet where it is fastest among those at most so far away at
+    /// the same depth: the nearest to the axis, or one between it and the farthest where the profile
+    /// has a hump, at any bearing.
+    fn fastest_near(&self, wake: &Wake, place_m: Vector3<f64>, away_m: f64) -> Vector3<f64> {
+        let (radius_m, depth_m) = (place_m.x.hypot(place_m.y), -place_m.z);
+        let nearest_m = (radius_m - away_m).max(0.0);
+        let is_near = depth_m < wake.near_field_depth_m();
+        // The four rotors are fastest on the diagonals.
+        let [x, y] = match radius_m {
+            _ if is_near => [std::f64::consts::FRAC_1_SQRT_2; 2],
+            0.0 => [1.0, 0.0],
+            _ => [place_m.x / radius_m, place_m.y / radius_m],
+        };
+        let at = |radius_m: f64| Vector3::new(x * radius_m, y * radius_m, place_m.z);
+        let has_humps = is_near || self.effects.profile_tail.is_some();
+        if !has_humps {
+            return at(nearest_m);
+        }
+        let with_speed = |radius_m: f64| {
+            let plain_mps = wake.plain_axial_speed_mps(at(radius_m));
+            (
+                self.profile_mps(wake, at(radius_m), radius_m, plain_mps),
+                radius_m,
+            )
+        };
+        let step_m = HUMP_STEP * wake.half_width_m(depth_m);
+        let humps_m = (1..=HUMP_STEPS).map(|step| f64::from(step) * step_m);
+        let within_m = humps_m.filter(|m| (nearest_m..radius_m + away_m).contains(m));
+        let ends_m = [nearest_m, radius_m + away_m];
+        let speeds = ends_m.into_iter().chain(within_m).map(with_speed);
+        let fastest = speeds.reduce(|best, next| if next.0 > best.0 { next } else { best });
+        at(fastest.map_or(nearest_m, |(_, radius_m)| radius_m))
     }
 
     /// Axial speed (m/s) of the undeformed jet with its own profile: another edge, another near

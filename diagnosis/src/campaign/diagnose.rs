@@ -130,6 +130,10 @@ pub struct Taken {
     pub gain: f64,
     /// Its standard error over flights.
     pub gain_error: f64,
+    /// `R²` under another drone, or of all rows where none is, in flights that were not fitted: what
+    /// it gains over what stood before, with its 95 % interval over flights. Lower end, value, upper
+    /// end.
+    pub r2_gained: Option<[f64; 3]>,
     /// Names that would have done as well.
     pub alternatives: Vec<String>,
     /// Others that were fitted in its place, with their gains.
@@ -221,6 +225,14 @@ pub fn diagnose_campaign(
         noise_floor: root_mean_square(scatter.noise.sd()),
     };
     let skills = judged.skills();
+    let turns = chosen.turns.iter();
+    let steps = turns
+        .map(|turn| setting.predicted_held_out(&turn.with.members(&candidates), &turn.with.fit));
+    let steps: Vec<Vec<f64>> = std::iter::once(held_out[0].clone()).chain(steps).collect();
+    let r2_gained = steps.windows(2).map(|pair| {
+        let both = [pair[0].clone(), pair[1].clone()];
+        Judged::new(&forces, columns, &both).r2_gained()
+    });
     let sensors_first = |turn: &Turn| {
         let mut alternatives = turn.alternatives.clone();
         alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);
@@ -273,7 +285,10 @@ pub fn diagnose_campaign(
     let next = chosen.next.as_ref();
     Ok(CampaignFinding {
         flights,
-        taken: turns.map(|turn| taken(&candidates, turn)).collect(),
+        taken: turns
+            .zip(r2_gained)
+            .map(|(turn, r2_gained)| taken(&candidates, turn, r2_gained))
+            .collect(),
         samples: forces.samples(&simulated),
         recording_of: forces.judged().map(|(part, _)| part.recording).collect(),
         noise_n: scatter.noise.sd().to_vec(),
@@ -295,7 +310,7 @@ fn with_gain(candidates: &[Candidate], (k, gain): &(usize, Gain)) -> (String, f6
     (name, gain.total, gain.standard_error)
 }
 
-fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
+fn taken(candidates: &[Candidate], turn: &Turn, r2_gained: Option<[f64; 3]>) -> Taken {
     let name = |k: &usize| candidates[*k].name.to_owned();
     let is_rival = |(k, gain): &&(usize, Gain)| *k != turn.which && gain.standard_error > 0.0;
     let rivals = turn.fitted.iter().filter(is_rival);
@@ -303,6 +318,7 @@ fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
         name: name(&turn.which),
         gain: turn.gain.total,
         gain_error: turn.gain.standard_error,
+        r2_gained,
         alternatives: turn.alternatives.iter().map(name).collect(),
         rivals: rivals.map(|of| with_gain(candidates, of)).collect(),
     }

@@ -49,6 +49,8 @@ pub(super) struct Turn {
     pub(super) alternatives: Vec<usize>,
     /// Every candidate fitted at this turn with its gain over what stood, best first.
     pub(super) fitted: Vec<(usize, Gain)>,
+    /// The fit with it, of what stood before and no more.
+    pub(super) with: Tried,
 }
 
 /// Chooses at most so many effects, from the fits of each alone.
@@ -105,6 +107,7 @@ pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen 
                 .collect(),
             gain: lead,
             fitted: beside,
+            with: winner.clone(),
         });
         best = winner;
     }

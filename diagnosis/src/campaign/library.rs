@@ -5,7 +5,7 @@ use airflow::effects::{GroundImpingement, ProfileTail};
 use super::forces::Forces;
 use crate::infer::candidates::{
     BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG,
-    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, shown, sizes_differ,
+    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, lean, shown, sizes_differ,
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
@@ -81,6 +81,7 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
         floor: lowest_m.fold(f64::INFINITY, f64::min) < 0.25,
         ceiling: false,
         moves: true,
+        leans: lean(forces.recordings.iter().flat_map(|r| &r.vehicles)),
         climbs: true,
         battery: has_battery,
         receiver_moves: false,

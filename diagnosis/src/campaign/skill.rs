@@ -91,7 +91,7 @@ impl<'a> Judged<'a> {
             ("all rows", &|_| true),
             (
                 "under another drone (within 2 half-widths, 0.3 m above the floor)",
-                &|i| xi[i] < 2.0 && height_m[i] > 0.3,
+                &|i| self.is_under(i),
             ),
             ("depth 0.2 to 0.8 m, within a half-width", &|i| {
                 xi[i] < 1.0 && (0.2..0.8).contains(&depth_m[i])
@@ -102,6 +102,18 @@ impl<'a> Judged<'a> {
         skills
             .filter_map(|(name, test)| self.skill(name, test))
             .collect()
+    }
+
+    fn is_under(&self, i: usize) -> bool {
+        let [_, xi, height_m] = self.places;
+        xi[i] < 2.0 && height_m[i] > 0.3
+    }
+
+    /// What `R²` gains under another drone, or over all rows where none is, with its interval.
+    pub(super) fn r2_gained(&self) -> Option<[f64; 3]> {
+        let skill = self.skill("", &|i| self.is_under(i));
+        let skill = skill.or_else(|| self.skill("", &|_| true));
+        Some(skill?.r2_gained)
     }
 
     fn skill(&self, name: &str, test: &dyn Fn(usize) -> bool) -> Option<Skill> {

@@ -2,7 +2,7 @@
 //! any moment.
 
 use airflow::Surroundings;
-use airflow::effects::{Effects, EntrainmentRadial};
+use airflow::effects::{Effects, EntrainmentRadial, WakeLean};
 use airflow::{Airframe, DiscPoints, Wake};
 use nalgebra::{Point3, Vector3};
 
@@ -439,17 +439,24 @@ impl<'a> Flow<'a> {
     }
 
     fn sighting(&self, emitter: &Emitter, t_s: f64, point_m: Point3<f64>) -> Sighting {
-        let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
+        let Some(moment) = Flow::moment_of(emitter, self.convection, t_s, point_m) else {
             return Sighting::Unknown;
         };
         if emitter.track.is_idle(moment.entry) {
             return Sighting::Idle;
         }
         let position_m = emitter.track.position_at(moment);
+        // Where a baseline has air arrive at once, it leans as its drone did when it left all the
+        // same; before the track, or across a gap, as the drone does now.
+        let left = match self.convection {
+            None => Flow::moment_of(emitter, Some(1.0), t_s, point_m).unwrap_or(moment),
+            Some(_) => moment,
+        };
         Sighting::Flying {
             offset_m: point_m - position_m,
             at: Surroundings {
                 t_s,
+                lean: WakeLean::against(emitter.track.attitude_at(left) * Vector3::z()),
                 climb_mps: emitter.track.velocity_mps[moment.entry].z,
                 floor_z_m: self.floor_z_m(),
                 emitter_z_m: position_m.z,
@@ -473,10 +480,15 @@ impl<'a> Flow<'a> {
     }
 
     /// When the air at a point left a drone; `None`: its place is not known then.
-    fn moment_of(&self, emitter: &Emitter, t_s: f64, point_m: Point3<f64>) -> Option<Moment> {
+    fn moment_of(
+        emitter: &Emitter,
+        convection: Option<f64>,
+        t_s: f64,
+        point_m: Point3<f64>,
+    ) -> Option<Moment> {
         let t_s = t_s + emitter.clock_s;
         let mut moment = emitter.track.moment(t_s)?;
-        if let Some(convection) = self.convection {
+        if let Some(convection) = convection {
             for _ in 0..DELAY_ITERATIONS {
                 let depth_m = emitter.track.position_at(moment).z - point_m.z;
                 let far = emitter.wake.far_field();

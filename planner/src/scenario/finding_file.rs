@@ -38,12 +38,24 @@ pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citat
 
 /// Why a finding cannot be flown by some drones in a world: the first reason of each kind.
 pub(super) fn unfit(world: &World, drones: &[Drone]) -> Vec<String> {
-    let Ok(flown) = airflow::Flown::of(&world.effects) else {
+    if airflow::Flown::of(&world.effects).is_err() {
         // Told at its place in the finding.
         return Vec::new();
-    };
+    }
+    let flown = world.flown();
     let density = world.air.density_kg_per_m3();
     let wind = (drones.iter()).find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
+    let most_mps2 = world.most_acceleration_mps2();
+    let leans = drones
+        .iter()
+        .find(|drone| flown.lean.is_some() && drone.vehicle.max_acceleration_mps2 > most_mps2);
+    let leans = leans.map(|drone| {
+        format!(
+            "`wake_lean`: drone `{}` accelerates by up to {} m/s2, and the wakes of this fleet are flown as leaning by what {most_mps2} m/s2 \
+             bring about",
+            drone.name, drone.vehicle.max_acceleration_mps2
+        )
+    });
     let return_flow_mps = flown.return_flow_mps;
     let drone = drones.iter().find(|drone| {
         let airframe = &drone.vehicle.airframe;
@@ -60,7 +72,7 @@ pub(super) fn unfit(world: &World, drones: &[Drone]) -> Vec<String> {
         .into_iter()
         .flatten()
         .map(|limit| format!("a return flow of {return_flow_mps:.2} m/s alone exceeds {limit}"));
-    wind.into_iter().chain(alone).collect()
+    wind.into_iter().chain(leans).chain(alone).collect()
 }
 
 impl Citation {

@@ -205,7 +205,16 @@ impl World {
     /// The air as it is flown; of effects that cannot be flown, without any.
     pub(crate) fn flown(&self) -> Flown {
         let flown = Flown::of(&self.effects).unwrap_or_default();
-        flown.with_convection(self.convection)
+        flown
+            .with_convection(self.convection)
+            .accelerating(self.most_acceleration_mps2())
+    }
+
+    /// The highest acceleration of any of its drones (m/s²).
+    pub(super) fn most_acceleration_mps2(&self) -> f64 {
+        let drones = self.drones.iter();
+        let accelerations = drones.map(|drone| drone.vehicle.max_acceleration_mps2);
+        accelerations.fold(0.0, f64::max)
     }
 
     /// The same without the rules that it does not name; `None` where it names all that hold.

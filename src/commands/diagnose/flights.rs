@@ -192,11 +192,14 @@ fn taken(found: &CampaignFinding) -> Option<Part> {
             taken.name.clone(),
             format!("{:.0}", taken.gain),
             format!("{:.0}", taken.gain_error),
+            (taken.r2_gained).map_or(String::new(), |[low, value, high]| {
+                format!("{value:+.3} ({low:+.3} to {high:+.3})")
+            }),
             joined(taken.rivals.iter().take(2).map(rival), ", "),
         ]
     });
-    let headings = "taken in this order | gain | +- | in its place";
-    (!found.taken.is_empty()).then(|| Part::table("lrrl", headings, rows))
+    let headings = "taken in this order | gain | +- | R2 under a drone (95 %) | in its place";
+    (!found.taken.is_empty()).then(|| Part::table("lrrrl", headings, rows))
 }
 
 fn skills(skills: &[Skill]) -> Part {

@@ -2,7 +2,7 @@
 //! with the effects on, sampled densely.
 
 use airflow::effects::{
-    Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, WakeTransport,
+    Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, WakeLean, WakeTransport,
 };
 use airflow::{Airframe, Jet, Surroundings, Wake};
 use nalgebra::Point3;
@@ -102,6 +102,16 @@ pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
     let lag_factor = effects
         .wake_transport
         .map_or(0.0, |transport| transport.lag_factor);
+    let mut leans = vec![[0.0; 2]];
+    if effects.wake_lean.is_some() {
+        // Accelerations of the highest that is stated, and of half of it, every way.
+        let stated = plan.drones[0].airframe.max_acceleration_mps2;
+        let most_mps2 = stated.expect("plans of this program state it");
+        let slow = [0.5, 1.0].map(|part| WakeLean { share: 1.0 }.most(part * most_mps2));
+        let every_way =
+            (0..16_u32).map(|k| (f64::from(k) / 16.0 * std::f64::consts::TAU).sin_cos());
+        leans.extend(every_way.flat_map(|(sin, cos)| slow.map(|most| [most * cos, most * sin])));
+    }
     let mut most = 0.0_f64;
     for step in 0..=(last_s / STEP_S) as u32 {
         let t_s = f64::from(step) * STEP_S;
@@ -135,8 +145,12 @@ pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
             for (&[x, y], weight) in discs[me].offsets_m.iter().zip(&discs[me].weights) {
                 let at_m = places_m[me] + nalgebra::Vector3::new(x, y, 0.0);
                 let squares = left_m.iter().map(|(other, left_m)| {
-                    let speeds_mps = left_m.iter().map(|left_m| {
+                    let leaning = left_m
+                        .iter()
+                        .flat_map(|m| leans.iter().map(move |it| (m, it)));
+                    let speeds_mps = leaning.map(|(left_m, lean)| {
                         let surroundings = Surroundings {
+                            lean: *lean,
                             t_s,
                             climb_mps: 0.0,
                             floor_z_m: Some(0.0),
@@ -180,6 +194,15 @@ fn in_a_wind_only_the_finding_keeps_within_the_limit() {
 #[test]
 fn under_tilted_jets_only_the_finding_keeps_within_the_limit() {
     only_the_finding_keeps_within_the_limit(6.5, 0.3, tilt(0.05, 0.2));
+}
+
+#[test]
+fn under_jets_that_lean_as_their_drones_do_only_the_finding_keeps_within_the_limit() {
+    let real = Effects {
+        wake_lean: Some(WakeLean { share: 0.6 }),
+        ..Effects::default()
+    };
+    only_the_finding_keeps_within_the_limit(6.5, 0.3, real);
 }
 
 #[test]
@@ -278,6 +301,7 @@ fn most_in_zone(plan: &Plan, effects: &Effects) -> f64 {
     for step in 0..=(drone.arrives_s / STEP_S) as u32 {
         let from_m = place_m(drone, f64::from(step) * STEP_S);
         let surroundings = Surroundings {
+            lean: [0.0; 2],
             t_s: 0.0,
             climb_mps: 0.0,
             floor_z_m: Some(0.0),

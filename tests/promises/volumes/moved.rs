@@ -2,7 +2,7 @@
 
 use airflow::Wake;
 use airflow::effects::{
-    Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeTilt, Wander,
+    Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeLean, WakeTilt, Wander,
 };
 use costmap::volumes::downwash::{column, cone};
 use costmap::volumes::iso_speed::IsoSpeedVolume;
@@ -35,6 +35,9 @@ fn wake(random: &mut Random, preset: &str) -> Wake {
     let momentum_scale = MomentumScale {
         speed_factor: random.between(0.7, 1.4),
     };
+    let wake_lean = WakeLean {
+        share: random.between(0.0, 1.0),
+    };
     let mut maybe = || random.unit() < 0.5;
     let effects = Effects {
         crossflow: maybe().then_some(crossflow),
@@ -43,10 +46,12 @@ fn wake(random: &mut Random, preset: &str) -> Wake {
         wander: maybe().then_some(wander),
         profile_tail: maybe().then_some(profile_tail),
         momentum_scale: Some(momentum_scale),
+        wake_lean: maybe().then_some(wake_lean),
         ..Effects::default()
     };
     airflow::Flown::of(&effects)
         .expect("all can be flown")
+        .accelerating(4.0)
         .wake(&plain)
 }
 

@@ -197,7 +197,8 @@ fn over_discs(wake: &Wake, discs: &DiscPoints, x_m: f64, y_m: f64, depth_m: f64)
 /// Effects at random, several at once.
 fn effects(seed: u32) -> airflow::effects::Effects {
     use airflow::effects::{
-        Buoyancy, Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeTilt, Wander,
+        Buoyancy, Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeLean, WakeTilt,
+        Wander,
     };
     let at = |n: u32| (f64::from(16 * seed + n) * 0.754_877_666_246_69).fract();
     let between = |n: u32, low: f64, high: f64| low + (high - low) * at(n);
@@ -226,6 +227,9 @@ fn effects(seed: u32) -> airflow::effects::Effects {
         buoyancy: (seed % 5 == 3).then_some(Buoyancy {
             strength: between(10, -0.3, 0.3),
         }),
+        wake_lean: (seed % 4 >= 2).then_some(WakeLean {
+            share: between(11, 0.0, 1.0),
+        }),
         ..Effects::default()
     }
 }
@@ -237,6 +241,7 @@ fn no_place_meets_more_air_than_the_envelope_of_a_moved_jet_says() {
         let (plain, discs, _) = pair(names);
         let wake = airflow::Flown::of(&effects(seed))
             .expect("all can be flown")
+            .accelerating(4.0)
             .wake(&plain);
         let envelope = Envelope::new(&wake, &discs, DEEPEST_M, NEGLIGIBLE_SQUARE);
         let mut worst = (0.0, Vector3::zeros(), 0.0);
@@ -282,6 +287,7 @@ fn a_way_through_a_moved_jet_meets_no_less_than_any_place_on_it() {
         let (plain, discs, _) = pair(PAIRS[0]);
         let wake = airflow::Flown::of(&effects(seed))
             .expect("all can be flown")
+            .accelerating(4.0)
             .wake(&plain);
         let envelope = Envelope::new(&wake, &discs, DEEPEST_M, NEGLIGIBLE_SQUARE);
         for two in places(600).collect::<Vec<_>>().chunks_exact(2) {

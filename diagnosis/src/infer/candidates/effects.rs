@@ -73,7 +73,7 @@ impl Trial {
         let parameters = fitted().zip(self.practical);
         let parameters = parameters.map(|((parameter, symbol, ends), &practical)| {
             let [low, high] = ends.map(|end| shows.scaled(end, parameter.fit_over));
-            // More than all of another profile or field says that its form is wrong.
+            // More than all of another profile or field, or of a tilt, says that its form is wrong.
             let is_share = ["share", "shadow"].contains(&parameter.key);
             let high = if is_share { 1.0 } else { high };
             let is_moment = parameter.fit_over == FitOver::Recording;
@@ -128,6 +128,7 @@ const LEVEL: &str = "the wind beside the jet, ten motor distances from it, and t
 pub(super) const MOTORS_OFF: &str =
     "a minute with the motors off before take-off and one after landing, the probe running";
 pub(super) const THERE_AND_BACK: &str = "a pass over the probe and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
+const BRAKING: &str = "the same pass at a steady speed, and braking above the probe: only a jet that leans goes ahead of a drone that brakes";
 const HEIGHTS: &str = "a hover at three heights with no drone above";
 
 /// Effects of a jet, and of what it meets: loads, motion, floor, room.
@@ -184,6 +185,9 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
     Trial::new("wake_transport", &[0.3], &[&[1.0], &[2.0]])
         .shown(|shows| shows.moves)
         .settled_by(THERE_AND_BACK),
+    Trial::new("wake_lean", &[0.2], &[&[0.7]])
+        .shown(|shows| shows.leans)
+        .settled_by(BRAKING),
     Trial::new("climb_descent", &[0.5], &[&[1.0]]).shown(|shows| shows.climbs),
     GROUND_IMPINGEMENT,
     Trial::new(

@@ -1,4 +1,6 @@
-use airflow::effects::{Buoyancy, Crossflow, Effects, ProfileTail, RotorCant, WakeTilt, Wander};
+use airflow::effects::{
+    Buoyancy, Crossflow, Effects, ProfileTail, RotorCant, WakeLean, WakeTilt, Wander,
+};
 use airflow::{Airframe, Jet, Wake};
 use nalgebra::Vector3;
 
@@ -39,6 +41,10 @@ fn wakes() -> Vec<Wake> {
             }),
             ..Effects::default()
         },
+        Effects {
+            wake_lean: Some(WakeLean { share: 0.7 }),
+            ..Effects::default()
+        },
     ];
     let frames = ["offboard-2", "kolibri"].map(|name| Airframe::preset(name).expect("a preset"));
     let made = frames.iter().flat_map(|frame| {
@@ -48,6 +54,7 @@ fn wakes() -> Vec<Wake> {
             .map(|effects| {
                 airflow::Flown::of(effects)
                     .expect("can be flown")
+                    .accelerating(4.0)
                     .wake(&plain)
             })
             .collect::<Vec<_>>()

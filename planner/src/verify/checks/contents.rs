@@ -216,6 +216,10 @@ fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
         format!("`{name}` cannot be judged: {why}")
     })?;
     let flown = flown.with_convection(plan.air_delay.map(|it| it.convection));
+    let drones = plan.drones.iter();
+    let accelerations = drones.map(|it| it.airframe.max_acceleration_mps2);
+    let most_mps2 = accelerations.map(|most| most.unwrap_or(f64::INFINITY));
+    let flown = flown.accelerating(most_mps2.fold(0.0, f64::max));
     let deepest_m = plan.bounds_m.max.z - plan.bounds_m.min.z;
     let cache = WakeCache::new(density_kg_per_m3, jet, flown, deepest_m);
     Ok((flown.superposition.unwrap_or(superposition), flown, cache))
