@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Format::Text => {
             let table = table::text(&command, &machine, &rows, suite.seeds.len());
             let peers = peers.map(|peers| peers::text(&rows, &peers));
-            [table, peers.unwrap_or_default()].join("\n")
+            table + &peers.map_or(String::new(), |peers| format!("\n{peers}"))
         }
         Format::Json => files::json_pretty(&json!({
             "format": "bench/1",

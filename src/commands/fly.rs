@@ -62,8 +62,8 @@ pub(crate) struct Arguments {
     /// Seed of the gusts
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Let air leave along the thrust, turned about: acceleration leans the wake, whatever a finding
-    /// says of it
+    /// Let air leave along the thrust, turned about: acceleration leans the wake, whatever a
+    /// finding says of it
     #[arg(long)]
     lean: bool,
     /// Fly only up to this time of the plan

@@ -139,6 +139,10 @@ fn libraries_read_no_file_clock_or_environment_and_print_nothing() {
             let in_memory = ["Cursor", "Read", "Error"].map(|it| format!("std::io::{it}"));
             broken.retain(|it| !in_memory.iter().any(|name| it.contains(name)));
         }
+        if library == "viewer" {
+            // Markup, style and scripts are compiled in.
+            broken.retain(|it| !it.ends_with("include_str!"));
+        }
         if library == "diagnosis" {
             // Logs are longer than memory: they are taken as they come from what the caller opened.
             let handed_in = ["BufRead", "Read", "ErrorKind"].map(|it| format!("std::io::{it}"));

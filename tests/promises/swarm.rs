@@ -141,7 +141,9 @@ pub(crate) fn log(seed: u64, lean: f64) -> String {
             for force_mps2 in (thrust_mps2 - drag_mps2).iter() {
                 push(noisy(*force_mps2, 0.25, &mut draws), 3);
             }
-            [up.i, up.j, up.k, up.w].map(|value| push(value, 5));
+            for value in [up.i, up.j, up.k, up.w] {
+                push(value, 5);
+            }
             for part in [1.01, 0.98, 1.02, 0.99] {
                 push(noisy(part * duty, 0.004, &mut draws), 5);
             }

@@ -207,8 +207,8 @@ impl Shape {
     }
 
     /// The place (m) of the undeformed jet where it is fastest among those at most so far away at
-    /// the same depth: the nearest to the axis, or one between it and the farthest where the profile
-    /// has a hump, at any bearing.
+    /// the same depth: the nearest to the axis, or one between it and the farthest where the
+    /// profile has a hump, at any bearing.
     fn fastest_near(&self, wake: &Wake, place_m: Vector3<f64>, away_m: f64) -> Vector3<f64> {
         let (radius_m, depth_m) = (place_m.x.hypot(place_m.y), -place_m.z);
         let nearest_m = (radius_m - away_m).max(0.0);

@@ -130,9 +130,9 @@ pub struct Taken {
     pub gain: f64,
     /// Its standard error over flights.
     pub gain_error: f64,
-    /// `R²` under another drone, or of all rows where none is, in flights that were not fitted: what
-    /// it gains over what stood before, with its 95 % interval over flights. Lower end, value, upper
-    /// end.
+    /// `R²` under another drone, or of all rows where none is, in flights that were not fitted:
+    /// what it gains over what stood before, with its 95 % interval over flights. Lower end, value,
+    /// upper end.
     pub r2_gained: Option<[f64; 3]>,
     /// Names that would have done as well.
     pub alternatives: Vec<String>,

@@ -177,9 +177,9 @@ pub fn diagnose_channel(
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
     let mut laws = laws;
-    // Throttle and power are readings of their own: what they say stands unless blocks of the others
-    // agree that it makes them worse. Beside a term that was fitted it stands in any case: the two
-    // may mask one another in the readings.
+    // Throttle and power are readings of their own: what they say stands unless blocks of the
+    // others agree that it makes them worse. Beside a term that was fitted it stands in any case:
+    // the two may mask one another in the readings.
     let is_alone = selection.chosen.which.is_empty();
     if is_alone && !effects.is_empty() && p_of_loss < CONTRADICTED_P {
         withdrawn = Some(Withdrawn {
@@ -286,8 +286,8 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
     (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
 }
 
-/// Errors on blocks left out of the fit, fold by fold, and the p-value of their squares having grown
-/// by chance, block by block.
+/// Errors on blocks left out of the fit, fold by fold, and the p-value of their squares having
+/// grown by chance, block by block.
 fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> (HeldOut, f64) {
     let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         setting.left(&setting.predicted_held_out(members, fit))

@@ -80,8 +80,8 @@ impl Gain {
         Self::new(difference(&self.by_block, &other.by_block))
     }
 
-    /// p-value of the total being below 0 by chance: of the paired differences of blocks by Student's
-    /// law, on one side. 1 where it is not below 0, or there is no spread to go by.
+    /// p-value of the total being below 0 by chance: of the paired differences of blocks by
+    /// Student's law, on one side. 1 where it is not below 0, or there is no spread to go by.
     #[must_use]
     pub fn p_of_loss(&self) -> f64 {
         let t = self.total / self.standard_error;
