@@ -242,8 +242,13 @@ impl<'a> Attempt<'a> {
         let spent = self.effort.expansions;
         let most = match (self.kept.is_empty(), self.is_dear) {
             (true, true) => {
-                let left = ALL_SMALL_EXPANSIONS.saturating_sub(spent);
-                left.clamp(LEAST_SMALL_EXPANSIONS, MOST_SMALL_EXPANSIONS)
+                // The same work, where every step is judged by the costmap and air takes time.
+                let share = match self.reservations.is_none() && self.costmap.lingers() > 0 {
+                    true => UNTABULATED_LATE_STATES,
+                    false => 1,
+                };
+                let left = ALL_SMALL_EXPANSIONS.saturating_sub(share * spent);
+                left.clamp(LEAST_SMALL_EXPANSIONS, MOST_SMALL_EXPANSIONS) / share
             }
             (true, false) => MOST_EXPANSIONS,
             (false, _) => MOST_CHANGED_EXPANSIONS,
