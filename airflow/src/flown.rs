@@ -280,16 +280,17 @@ mod tests {
             let flown = Flown::of(&effects).expect("flown").accelerating(4.0);
             let (bound, own) = (flown.wake(&plain()), plain().with_effects(&effects));
             let most = WakeLean { share: 1.0 }.most(4.0);
-            let pick = |k: u32| (f64::from(k) * 0.754_877_666_246_69).fract();
+            // An even cover: multiples of roots that have no common measure.
+            let pick = |k: u32, of: f64| (f64::from(k) * of.sqrt()).fract();
             let mut nearest = 0.0_f64;
-            for k in (0..200_000).step_by(5) {
-                let depth_m = 4.0 * pick(k + 1) * pick(k + 1);
-                let beside = |n| (2.0 * pick(k + n) - 1.0) * (0.5 + depth_m);
-                let offset_m = Vector3::new(beside(2), beside(3), -depth_m);
-                let (sin, cos) = (std::f64::consts::TAU * pick(k + 4)).sin_cos();
+            for k in 0..40_000 {
+                let depth_m = 4.0 * pick(k, 2.0) * pick(k, 2.0);
+                let beside = |of| (2.0 * pick(k, of) - 1.0) * (0.5 + depth_m);
+                let offset_m = Vector3::new(beside(3.0), beside(5.0), -depth_m);
+                let (sin, cos) = (std::f64::consts::TAU * pick(k, 7.0)).sin_cos();
                 let at = Surroundings {
                     t_s: 0.0,
-                    lean: [most * pick(k) * cos, most * pick(k) * sin],
+                    lean: [most * pick(k, 11.0) * cos, most * pick(k, 11.0) * sin],
                     climb_mps: 0.0,
                     floor_z_m: None,
                     emitter_z_m: 9.0,

@@ -94,7 +94,8 @@ mod tests {
     #[test]
     fn air_leaves_against_the_thrust() {
         let up = Vector3::new(0.6, 0.0, 0.8);
-        assert_eq!(WakeLean::against(up), [-0.75, 0.0]);
+        let [x, y] = WakeLean::against(up);
+        assert!((x + 0.75).abs() < 1e-12 && y == 0.0);
         let [flattest, _] = WakeLean::against(-Vector3::x());
         assert_eq!(flattest, LEAST_UPRIGHT.recip());
     }
