@@ -5,12 +5,15 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use diagnosis::campaign::{CampaignOptions, diagnose_campaign};
 use diagnosis::infer::diagnose::diagnose;
 use diagnosis::infer::finding::Verdict;
 use diagnosis::record::read::{Campaign, read_flight, read_folder};
 use diagnosis::statistics::draws::Draws;
 use serde_json::{Value, json};
 use validation::is_sensor;
+
+use super::swarm;
 
 /// A table, cell by cell.
 #[derive(Clone)]
@@ -126,6 +129,7 @@ fn recording(name: &str) -> Files {
 }
 
 /// What became of a recording.
+#[derive(Debug)]
 enum Answer {
     /// Not diagnosed, with the reasons.
     Refused(String),
@@ -594,6 +598,411 @@ fn no_family_of_the_proof_is_called_a_slip() {
     }
 }
 
+/// Flights of a campaign, to be spoilt.
+#[derive(Clone)]
+struct Flights {
+    campaign: String,
+    logs: Vec<Table>,
+}
+
+impl Flights {
+    fn sound() -> Flights {
+        let log = |seed| Table::parse(&swarm::log(seed, 0.0));
+        Flights {
+            campaign: swarm::CAMPAIGN.to_owned(),
+            logs: (300..300 + swarm::FLIGHTS).map(log).collect(),
+        }
+    }
+
+    /// What tells thrust and acceleration in place of motors: the thrust, or a force worked out.
+    fn told_by(&mut self, names: &[&str], of: impl Fn(&Table, &[String]) -> Vec<f64>) {
+        for log in &mut self.logs {
+            let columns = log.rows.iter().map(|row| of(log, row));
+            let columns: Vec<Vec<f64>> = columns.collect();
+            let first = log.at("rpm1");
+            log.header.truncate(first);
+            log.header
+                .extend(names.iter().map(|name| (*name).to_owned()));
+            for (row, values) in log.rows.iter_mut().zip(columns) {
+                row.truncate(first);
+                row.extend(values.iter().map(f64::to_string));
+            }
+        }
+    }
+
+    fn each(&mut self, names: &[&str], of: impl Fn(f64) -> f64) {
+        self.logs.iter_mut().for_each(|log| log.each(names, &of));
+    }
+
+    /// Cells of one drone alone.
+    fn of_one(&mut self, id: &str, names: &[&str], of: impl Fn(f64) -> f64) {
+        for log in &mut self.logs {
+            let vehicle = log.at("vehicle");
+            for at in names.iter().map(|name| log.at(name)).collect::<Vec<_>>() {
+                for row in log.rows.iter_mut().filter(|row| row[vehicle] == id) {
+                    row[at] = of(row[at].parse().unwrap()).to_string();
+                }
+            }
+        }
+    }
+
+    fn rows(&mut self, change: impl Fn(&mut Vec<String>)) {
+        let logs = self.logs.iter_mut();
+        logs.for_each(|log| log.rows.iter_mut().for_each(&change));
+    }
+
+    fn swap(&mut self, a: &str, b: &str) {
+        self.logs.iter_mut().for_each(|log| log.swap(a, b));
+    }
+
+    /// Cells of some columns so many moments late.
+    fn late(&mut self, names: &[&str], moments: usize) {
+        // Two drones a moment.
+        let logs = self.logs.iter_mut();
+        logs.for_each(|log| log.shift_rows(names, 2 * moments));
+    }
+
+    /// What each of two drones has in some columns is the other's.
+    fn exchanged(&mut self, names: &[&str]) {
+        for log in &mut self.logs {
+            for at in names.iter().map(|name| log.at(name)).collect::<Vec<_>>() {
+                for pair in log.rows.chunks_exact_mut(2) {
+                    let (first, second) = pair.split_at_mut(1);
+                    std::mem::swap(&mut first[0][at], &mut second[0][at]);
+                }
+            }
+        }
+    }
+
+    fn says(&mut self, from: &str, to: &str) {
+        assert!(self.campaign.contains(from), "{from}");
+        self.campaign = self.campaign.replace(from, to);
+    }
+}
+
+/// What becomes of them: those that cannot be read are left out, as the command does.
+fn answer_of_flights(flights: &Flights) -> Answer {
+    let campaign = match Campaign::parse("campaign.ron", &flights.campaign) {
+        Ok(campaign) => campaign,
+        Err(problems) => return Answer::Refused(problems.to_string()),
+    };
+    let mut read = Vec::new();
+    let mut first = None;
+    for (k, log) in flights.logs.iter().enumerate() {
+        let name = format!("flight-{k:02}");
+        match read_flight(&name, "flight.csv", log.text().as_bytes(), &campaign) {
+            Ok(recording) => read.push(recording),
+            Err(problems) => first = first.or(Some(problems.to_string())),
+        }
+    }
+    let found = match diagnose_campaign(&read, &CampaignOptions::default()) {
+        Ok(found) => found,
+        Err(error) => return Answer::Refused(first.unwrap_or(error.to_string())),
+    };
+    let effects = found.finding.effects.iter();
+    let names: Vec<&str> = effects.map(|of| of.name.as_str()).collect();
+    let said = format!("{:?} {names:?}", found.finding.verdict);
+    match found.finding.verdict {
+        Verdict::None => Answer::Sound,
+        Verdict::Library | Verdict::Ambiguous
+            if names.first().is_some_and(|name| is_sensor(name)) =>
+        {
+            Answer::Sensor(said)
+        }
+        _ => Answer::Physics(said),
+    }
+}
+
+type FlightsSpoil = (&'static str, fn(&mut Flights));
+
+const FORCES: [&str; 3] = ["ax_mps2", "ay_mps2", "az_mps2"];
+const MOTORS: [&str; 4] = ["pwm1", "pwm2", "pwm3", "pwm4"];
+const ROTORS: [&str; 4] = ["rpm1", "rpm2", "rpm3", "rpm4"];
+const TURNS: [&str; 4] = ["qx", "qy", "qz", "qw"];
+
+/// Thrust of a row (N), as if it had been measured.
+fn thrust_n(log: &Table, row: &[String]) -> f64 {
+    let number = |name: &str| row[log.at(name)].parse::<f64>().unwrap();
+    let squares = ROTORS.map(|name| number(name).powi(2));
+    swarm::THRUST_N_PER_RPM2 * squares.iter().sum::<f64>()
+}
+
+/// The force beyond thrust and weight (N), worked out.
+fn force_n(log: &Table, row: &[String]) -> Vec<f64> {
+    let number = |name: &str| row[log.at(name)].parse::<f64>().unwrap();
+    let [x, y, z, w] = TURNS.map(number);
+    let up = [
+        2.0 * (x * z + w * y),
+        2.0 * (y * z - w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    ];
+    let thrust_n = thrust_n(log, row);
+    let mut felt = FORCES.iter().zip(up);
+    std::array::from_fn::<f64, 3, _>(|_| {
+        let (name, along) = felt.next().unwrap();
+        0.034 * number(name) - thrust_n * along
+    })
+    .to_vec()
+}
+
+fn of_thrust(flights: &mut Flights, factor: f64) {
+    flights.told_by(&["thrust_n"], |log, row| vec![factor * thrust_n(log, row)]);
+}
+
+/// Duty cycles of motors that give 1.2 N at full, and a battery at 3.9 V.
+fn of_motors(flights: &mut Flights, duty: impl Fn(f64) -> f64, battery_v: f64) {
+    let names = ["pwm1", "pwm2", "pwm3", "pwm4", "vbat_v"];
+    flights.told_by(&names, |log, row| {
+        let share = duty((thrust_n(log, row) / 1.2).sqrt());
+        vec![share, share, share, share, battery_v]
+    });
+}
+
+fn of_force(flights: &mut Flights, of: impl Fn(Vec<f64>) -> Vec<f64>) {
+    flights.told_by(&["fx_n", "fy_n", "fz_n"], |log, row| of(force_n(log, row)));
+}
+
+/// Slips of flights that must not be called physics.
+const FLIGHT_SLIPS: &[FlightsSpoil] = &[
+    ("mass in grams", |f| f.says("Stated(0.034)", "Stated(34)")),
+    ("mass in tonnes", |f| {
+        f.says("Stated(0.034)", "Stated(0.000034)");
+    }),
+    ("propeller in mm", |f| {
+        f.says("Stated(0.0462)", "Stated(46.2)")
+    }),
+    ("propeller in cm", |f| {
+        f.says("Stated(0.0462)", "Stated(4.62)")
+    }),
+    ("propeller in inches", |f| {
+        f.says("Stated(0.0462)", "Stated(1.82)");
+    }),
+    ("motor distance in mm", |f| {
+        f.says("Stated(0.092)", "Stated(92)")
+    }),
+    ("motor distance in cm", |f| {
+        f.says("Stated(0.092)", "Stated(9.2)")
+    }),
+    ("motor distance in inches", |f| {
+        f.says("Stated(0.092)", "Stated(3.62)");
+    }),
+    ("pressure in hPa", |f| f.says("101325", "1013.25")),
+    ("pressure in kPa", |f| f.says("101325", "101.325")),
+    ("pressure in bar", |f| f.says("101325", "1.01325")),
+    ("pressure in mmHg", |f| f.says("101325", "760")),
+    ("temperature in kelvins", |f| {
+        f.says("temperature_c: 20", "temperature_c: 293");
+    }),
+    ("temperature in degrees Fahrenheit", |f| {
+        f.says("temperature_c: 20", "temperature_c: 68");
+    }),
+    ("floor in mm", |f| {
+        f.says("floor_z_m: 0", "floor_z_m: 2000");
+    }),
+    ("rotors in mm", |f| {
+        f.says("Stated((0, 0, 0))", "Stated((0, 0, 30))");
+    }),
+    ("accelerations said to be without gravity", |f| {
+        f.says("SpecificForceInWorld", "GravityRemovedInWorld");
+    }),
+    (
+        "accelerations said to be of the body, without gravity",
+        |f| {
+            f.says("SpecificForceInWorld", "GravityRemovedInBody");
+        },
+    ),
+    ("frame said to point downwards", |f| {
+        f.says("floor_z_m: 0", "floor_z_m: 0, frame: NorthEastDown");
+    }),
+    ("quaternions said to turn the other way", |f| {
+        f.says("floor_z_m: 0", "floor_z_m: 0, quaternion: WorldToBody");
+    }),
+    ("times in ms", |f| f.each(&["t_s"], |t| t * 1e3)),
+    ("times in us", |f| f.each(&["t_s"], |t| t * 1e6)),
+    ("times in ns", |f| f.each(&["t_s"], |t| t * 1e9)),
+    ("times in min", |f| f.each(&["t_s"], |t| t / 60.0)),
+    ("times in h", |f| f.each(&["t_s"], |t| t / 3600.0)),
+    ("times backwards", |f| f.each(&["t_s"], |t| -t)),
+    ("times that stand still", |f| f.each(&["t_s"], |_| 5.0)),
+    ("times of one drone in ms", |f| {
+        f.of_one("u", &["t_s"], |t| t * 1e3);
+    }),
+    ("times of one drone from another day", |f| {
+        f.of_one("u", &["t_s"], |t| t + 86_400.0);
+    }),
+    ("times of one drone late by 0.4 s", |f| {
+        f.of_one("u", &["t_s"], |t| t + 0.4);
+    }),
+    ("times of one drone early by 0.2 s", |f| {
+        f.of_one("v", &["t_s"], |t| t - 0.2);
+    }),
+    ("rows shuffled", |f| {
+        f.logs.iter_mut().for_each(Table::shuffle);
+    }),
+    ("rows reversed", |f| {
+        f.logs.iter_mut().for_each(|log| log.rows.reverse());
+    }),
+    ("columns shifted to the right", |f| {
+        f.rows(|row| row[2..].rotate_right(1));
+    }),
+    ("columns shifted to the left", |f| {
+        f.rows(|row| row[2..].rotate_left(1));
+    }),
+    ("columns shifted by two", |f| {
+        f.rows(|row| row[2..].rotate_right(2));
+    }),
+    ("columns shifted behind the places", |f| {
+        f.rows(|row| row[5..].rotate_right(1));
+    }),
+    ("columns shifted behind the velocities", |f| {
+        f.rows(|row| row[8..].rotate_right(1));
+    }),
+    ("columns shifted behind the accelerations", |f| {
+        f.rows(|row| row[11..].rotate_right(1));
+    }),
+    ("places in mm", |f| f.each(&PLACES, |m| m * 1e3)),
+    ("places in cm", |f| f.each(&PLACES, |m| m * 1e2)),
+    ("places in inches", |f| f.each(&PLACES, |m| m / 0.0254)),
+    ("places in ft", |f| f.each(&PLACES, |m| m / 0.3048)),
+    ("places in km", |f| f.each(&PLACES, |m| m * 1e-3)),
+    ("places of one drone in mm", |f| {
+        f.of_one("u", &PLACES, |m| m * 1e3);
+    }),
+    ("places of one drone in cm", |f| {
+        f.of_one("u", &PLACES, |m| m * 1e2);
+    }),
+    ("places of one drone dead", |f| {
+        f.of_one("u", &PLACES, |_| 1.0)
+    }),
+    ("places dead", |f| f.each(&PLACES, |_| 0.0)),
+    ("places missing", |f| f.each(&PLACES, |_| f64::NAN)),
+    ("heights downwards", |f| f.each(&["z_m"], |m| -m)),
+    ("x and y of places swapped", |f| f.swap("x_m", "y_m")),
+    ("x and z of places swapped", |f| f.swap("x_m", "z_m")),
+    ("y and z of places swapped", |f| f.swap("y_m", "z_m")),
+    ("y and z of places and velocities swapped", |f| {
+        f.swap("y_m", "z_m");
+        f.swap("vy_mps", "vz_mps");
+    }),
+    ("x of places turned", |f| f.each(&["x_m"], |m| -m)),
+    ("places of the two drones exchanged", |f| {
+        f.exchanged(&PLACES)
+    }),
+    ("velocities in mm/s", |f| f.each(&SPEEDS, |v| v * 1e3)),
+    ("velocities in cm/s", |f| f.each(&SPEEDS, |v| v * 1e2)),
+    ("velocities in km/h", |f| f.each(&SPEEDS, |v| v * 3.6)),
+    ("velocities in ft/s", |f| f.each(&SPEEDS, |v| v / 0.3048)),
+    ("velocities dead", |f| f.each(&SPEEDS, |_| 0.0)),
+    ("velocities turned", |f| f.each(&SPEEDS, |v| -v)),
+    ("x and y of velocities swapped", |f| {
+        f.swap("vx_mps", "vy_mps")
+    }),
+    ("velocities late by a second", |f| f.late(&SPEEDS, 50)),
+    ("accelerations in g", |f| f.each(&FORCES, |a| a / 9.81)),
+    ("accelerations in mg", |f| f.each(&FORCES, |a| a / 9.81e-3)),
+    ("accelerations in cm/s2", |f| f.each(&FORCES, |a| a * 1e2)),
+    ("accelerations in ft/s2", |f| {
+        f.each(&FORCES, |a| a / 0.3048)
+    }),
+    ("accelerations turned", |f| f.each(&FORCES, |a| -a)),
+    ("accelerations dead", |f| f.each(&FORCES, |_| 0.0)),
+    ("accelerations of one gravity, dead", |f| {
+        f.each(&["az_mps2"], |_| 9.81)
+    }),
+    ("gravity off already", |f| {
+        f.each(&["az_mps2"], |a| a - 9.81)
+    }),
+    ("gravity in twice", |f| f.each(&["az_mps2"], |a| a + 9.81)),
+    ("ax and az swapped", |f| f.swap("ax_mps2", "az_mps2")),
+    ("accelerations late by a second", |f| f.late(&FORCES, 50)),
+    ("quaternions with w first", |f| {
+        f.rows(|row| row[11..15].rotate_right(1));
+    }),
+    ("quaternions of zeros", |f| f.each(&TURNS, |_| 0.0)),
+    ("quaternions in per cent", |f| f.each(&TURNS, |q| q * 100.0)),
+    ("attitude as angles in degrees", |f| {
+        for log in &mut f.logs {
+            for (from, to) in [("qx", "roll_rad"), ("qy", "pitch_rad"), ("qz", "yaw_rad")] {
+                log.each(&[from], |half| (2.0 * half).to_degrees());
+                let at = log.at(from);
+                log.header[at] = to.to_owned();
+            }
+            let at = log.at("qw");
+            log.header.remove(at);
+            log.rows.iter_mut().for_each(|row| drop(row.remove(at)));
+        }
+    }),
+    ("motors in percent", |f| of_motors(f, |u| u * 100.0, 3.9)),
+    ("motors in 16 bits", |f| of_motors(f, |u| u * 65_535.0, 3.9)),
+    ("motors in 8 bits", |f| of_motors(f, |u| u * 255.0, 3.9)),
+    ("motors as pulses", |f| {
+        of_motors(f, |u| 1000.0 + 1000.0 * u, 3.9);
+    }),
+    ("motors as a share of 16 bits twice", |f| {
+        of_motors(f, |u| u / 65_535.0, 3.9)
+    }),
+    ("motors dead", |f| of_motors(f, |_| 0.0, 3.9)),
+    ("motors stuck", |f| of_motors(f, |_| 0.55, 3.9)),
+    ("rotors stuck", |f| f.each(&ROTORS, |_| 16_000.0)),
+    ("rotors dead", |f| f.each(&ROTORS, |_| 0.0)),
+    ("rotors in rad/s", |f| f.each(&ROTORS, |n| n * 0.1047)),
+    ("rotors in turns a second", |f| {
+        f.each(&ROTORS, |n| n / 60.0)
+    }),
+    ("rotors in thousands", |f| f.each(&ROTORS, |n| n / 1e3)),
+    ("one rotor dead", |f| f.each(&["rpm2"], |_| 0.0)),
+    ("motors full less what they are given", |f| {
+        of_motors(f, |u| 1.0 - u, 3.9);
+    }),
+    ("motor and battery swapped", |f| {
+        of_motors(f, |u| u, 3.9);
+        f.swap("pwm1", "vbat_v");
+    }),
+    ("battery in mV", |f| of_motors(f, |u| u, 3900.0)),
+    ("battery dead", |f| of_motors(f, |u| u, 0.0)),
+    ("battery missing", |f| of_motors(f, |u| u, f64::NAN)),
+    ("thrust in mN", |f| of_thrust(f, 1e3)),
+    ("thrust in grams", |f| of_thrust(f, 1e3 / 9.81)),
+    ("thrust of one rotor", |f| of_thrust(f, 0.25)),
+    ("thrust turned", |f| of_thrust(f, -1.0)),
+    ("thrust dead", |f| of_thrust(f, 0.0)),
+    ("force in mN", |f| {
+        of_force(f, |n| n.iter().map(|n| n * 1e3).collect());
+    }),
+    ("force in grams", |f| {
+        of_force(f, |n| n.iter().map(|n| n * 1e3 / 9.81).collect());
+    }),
+    ("force with the weight in it", |f| {
+        of_force(f, |n| vec![n[0], n[1], n[2] - 0.034 * 9.81]);
+    }),
+    ("force with the thrust in it", |f| {
+        of_force(f, |n| vec![n[0], n[1], n[2] + 0.034 * 9.81]);
+    }),
+    ("force dead", |f| of_force(f, |_| vec![0.0; 3])),
+];
+
+/// One in so many slips of flights is tried in a short run.
+const EVERY: usize = super::samples(6, 1);
+
+#[test]
+fn slips_of_flights_are_not_explained_by_physics() {
+    assert!(FLIGHT_SLIPS.len() >= 100);
+    let base = Flights::sound();
+    let sound = answer_of_flights(&base);
+    assert!(matches!(sound, Answer::Sound), "{sound:?}");
+    let mut physics = Vec::new();
+    for (what, spoil) in FLIGHT_SLIPS.iter().step_by(EVERY) {
+        let mut flights = base.clone();
+        spoil(&mut flights);
+        let said = answer_of_flights(&flights);
+        println!("{what}: {said:?}");
+        if let Answer::Physics(said) = said {
+            physics.push(format!("{what}: {said}"));
+        }
+    }
+    assert!(physics.is_empty(), "{physics:#?}");
+}
+
 const CAMPAIGN: &str = r#"(
     name: "c", air: (temperature_c: 20), acceleration: SpecificForceInBody,
     types: { "t": (mass_kg: Stated(0.034), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092)) },
@@ -627,9 +1036,6 @@ fn log() -> Table {
     }
     Table::parse(&text)
 }
-
-const FORCES: [&str; 3] = ["ax_mps2", "ay_mps2", "az_mps2"];
-const MOTORS: [&str; 4] = ["pwm1", "pwm2", "pwm3", "pwm4"];
 
 type LogSpoil = (&'static str, fn(&mut Table));
 

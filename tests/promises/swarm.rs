@@ -13,9 +13,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 pub(crate) const FLIGHTS: u64 = 12;
 const LASTS_S: f64 = 30.0;
 const STEP_S: f64 = 0.02;
-const MASS_KG: f64 = 0.034;
+pub(crate) const MASS_KG: f64 = 0.034;
 /// Rotor drag over mass (1/s): of a small drone (Faessler et al., RA-L 2018).
 const DRAG_PER_S: f64 = 0.3;
+
+/// Thrust of a rotor over the square of its speed: 16 000 turns a minute in hover.
+pub(crate) const THRUST_N_PER_RPM2: f64 = 0.25 * 9.81 * MASS_KG / (16_000.0 * 16_000.0);
 
 /// What leaves no question open.
 pub(crate) const CAMPAIGN: &str = r#"(
@@ -81,10 +84,11 @@ pub(crate) fn log(seed: u64, lean: f64) -> String {
     let mut draws = Draws::new(seed);
     let mut swing =
         |about_m: f64, metres: f64, radps: f64| Swing::new(about_m, metres, radps, &mut draws);
+    // The upper one turns about above the lower one: slow there, and leaning most.
     let upper = Way([
-        swing(0.0, 1.0, 1.9),
-        swing(0.0, 0.35, 2.3),
-        swing(1.35, 0.05, 0.9),
+        swing(0.6, 0.65, 1.3),
+        swing(0.0, 0.1, 1.1),
+        swing(1.6, 0.05, 0.9),
     ]);
     let lower = Way([
         swing(0.0, 0.15, 0.8),
@@ -99,7 +103,7 @@ pub(crate) fn log(seed: u64, lean: f64) -> String {
     let wake = Wake::new(&airframe, MASS_KG, air.density_kg_per_m3(), &Jet::default());
     let discs = airframe.disc_points();
     let mut text = String::from(
-        "t_s,vehicle,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,qx,qy,qz,qw,pwm1,pwm2,pwm3,pwm4,vbat_v\n",
+        "t_s,vehicle,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,qx,qy,qz,qw,rpm1,rpm2,rpm3,rpm4\n",
     );
     let mut gusts = 0.0;
     for step in 0..(LASTS_S / STEP_S) as u32 {
@@ -129,25 +133,21 @@ pub(crate) fn log(seed: u64, lean: f64) -> String {
             let thrust_mps2 = way.thrust_mps2(t_s);
             let up = UnitQuaternion::rotation_between(&Vector3::z(), &thrust_mps2).unwrap();
             let still_n = MASS_KG * thrust_mps2.norm() / thrust_ratio_at_constant_power(alpha);
-            let battery_v = 4.1 - 0.01 * t_s;
-            // A quarter of 1.2 N at full, by the square of the duty cycle.
-            let duty = (still_n / 1.2 * 4.2 / battery_v).sqrt();
-            let noisy = |value: f64, by: f64, draws: &mut Draws| value + by * draws.normal();
+            let rpm = (0.25 * still_n / THRUST_N_PER_RPM2).sqrt();
             let drag_mps2 = DRAG_PER_S * Vector3::new(velocity_mps.x, velocity_mps.y, 0.0);
             let mut row = vec![format!("{t_s:.3}"), id.to_owned()];
             let mut push = |value: f64, digits: usize| row.push(format!("{value:.digits$}"));
             place_m.iter().for_each(|value| push(*value, 4));
             velocity_mps.iter().for_each(|value| push(*value, 4));
             for force_mps2 in (thrust_mps2 - drag_mps2).iter() {
-                push(noisy(*force_mps2, 0.25, &mut draws), 3);
+                push(force_mps2 + 0.25 * draws.normal(), 3);
             }
-            for value in [up.i, up.j, up.k, up.w] {
-                push(value, 5);
-            }
+            [up.i, up.j, up.k, up.w]
+                .iter()
+                .for_each(|value| push(*value, 5));
             for part in [1.01, 0.98, 1.02, 0.99] {
-                push(noisy(part * duty, 0.004, &mut draws), 5);
+                push(part * rpm, 1);
             }
-            push(noisy(battery_v, 0.005, &mut draws), 3);
             text += &(row.join(",") + "\n");
         }
     }

@@ -22,7 +22,7 @@ const IDLE_THROTTLE: f64 = 0.3;
 const IDLE_DUTY: f64 = 0.2;
 /// Mean speed of the rotors (rad/s) below which they are taken to idle or stand. Chosen here: a
 /// fifth of what the largest that are flown turn in hover.
-const IDLE_RADPS: f64 = 50.0;
+pub(crate) const IDLE_RADPS: f64 = 50.0;
 
 /// How often an entry's place is guessed before it is searched for.
 const GUESSES: usize = 3;

@@ -244,6 +244,8 @@ pub(super) fn vehicle(
     let air = campaign.stated_air().unwrap_or_default();
     let ideal_w = airframe.hover_power_w(airframe.mass_kg(), air.density_kg_per_m3());
     plausible::power((id, file), &track, ideal_w, found);
+    let weight_n = airframe.mass_kg() * campaign.gravity_mps2();
+    plausible::force((id, file), &track, weight_n, found);
     Some(Vehicle {
         id: id.to_owned(),
         airframe,

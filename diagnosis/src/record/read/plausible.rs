@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use super::found::Found;
 use crate::record::problem::Problem;
 use crate::record::recording::{Instrument, Track};
+use crate::record::track::IDLE_RADPS;
 use crate::statistics::quantile::{median, nearest_rank};
 
 /// What a number has to lie in, and what it is mistaken for.
@@ -225,9 +226,10 @@ pub(super) fn ambient(ambient_mps: f64, place: Problem, found: &mut Found) {
     AMBIENT.holds(ambient_mps, place, found);
 }
 
-/// Steps of a stretch over which position and velocity are compared. Chosen here: noise of both
-/// averages out, and turns are still followed.
+/// Least steps and time (s) of a stretch over which position and velocity are compared, and velocity
+/// and acceleration. Chosen here: noise of both averages out, and turns are still followed.
 const STRETCH_STEPS: usize = 8;
+const STRETCH_S: f64 = 0.4;
 /// Fewest stretches that are judged. Chosen here: an accidental correlation of 0.8 among eight
 /// pairs has a probability of a hundredth.
 const STRETCHES: usize = 8;
@@ -237,6 +239,9 @@ const MOVED_M: f64 = 0.1;
 const MOVING_MPS: f64 = 0.3;
 /// The same along one axis, where the correlation tells more (m).
 const AXIS_M: f64 = 0.02;
+/// Root mean square of a change of velocity, over the time it took (m/s²), that is no noise. Chosen
+/// here: what a tilt of two degrees brings about.
+const ACCELERATING_MPS2: f64 = 0.3;
 /// Correlation that is one, and one that is none. Chosen here.
 const ALIKE: f64 = 0.8;
 const UNLIKE: f64 = 0.3;
@@ -261,7 +266,11 @@ pub(super) fn track(
     found: &mut Found,
 ) {
     let place = || Problem::field(file, vehicle);
-    if let Some((message, help)) = motion(track) {
+    let stretches = stretches(track);
+    if let Some((message, help)) = motion(&stretches) {
+        found.helped(place(), message, Some(help));
+    }
+    if let Some((message, help)) = felt(track, gravity_mps2) {
         found.helped(place(), message, Some(help));
     }
     if let Some(force_mps2) = &track.specific_force_mps2 {
@@ -307,6 +316,19 @@ pub(super) fn track(
             found.helped(place(), message, Some(help.to_owned()));
         }
     }
+    if let Some(rotors) = &track.rotor_speed_radps {
+        let mut means: Vec<f64> = rotors
+            .iter()
+            .map(|of| of.iter().sum::<f64>() / 4.0)
+            .collect();
+        means.sort_by(f64::total_cmp);
+        if let Some(top) = nearest_rank(&means, 0.9).filter(|top| *top < IDLE_RADPS) {
+            let message = format!("its rotors turn at {top:.2} rad/s at most: it never flies");
+            let help =
+                "dead columns, or another unit: `rpm1` is in turns a minute, `rpm1_radps` in rad/s";
+            found.helped(place(), message, Some(help.to_owned()));
+        }
+    }
     if let Some(duty) = &track.duty {
         let mut means: Vec<f64> = duty.iter().map(|of| of.iter().sum::<f64>() / 4.0).collect();
         means.sort_by(f64::total_cmp);
@@ -342,8 +364,7 @@ pub(super) fn power((vehicle, file): (&str, &str), track: &Track, ideal_w: f64, 
 }
 
 /// What position and integrated velocity say of each other, where they cannot both be right.
-fn motion(track: &Track) -> Option<(String, String)> {
-    let stretches = stretches(track);
+fn motion(stretches: &[Stretch]) -> Option<(String, String)> {
     if stretches.len() < STRETCHES {
         return None;
     }
@@ -356,11 +377,20 @@ fn motion(track: &Track) -> Option<(String, String)> {
     let pv = sum(&|s| s.moved_m.dot(&s.integrated_m));
     let (moved_m, integrated_m) = ((pp / count).sqrt(), (vv / count).sqrt());
     let speed_mps = integrated_m / (sum(&|s| s.lasted_s) / count);
+    for (i, name) in AXES.into_iter().enumerate() {
+        let square_m2 = sum(&|s| s.integrated_m[i] * s.integrated_m[i]);
+        let is_dead = stretches.iter().all(|s| s.moved_m[i] == 0.0);
+        if is_dead && (square_m2 / count).sqrt() > AXIS_M {
+            let said = format!("its {name} stands still while its v{name} says that it moves");
+            return Some((said, format!("{name} is a dead column")));
+        }
+    }
     if moved_m.max(integrated_m) < MOVED_M {
         return None;
     }
     let said = format!(
-        "in {STRETCH_STEPS} steps it moves {} by its positions and {} by its velocities",
+        "in {:.2} s it moves {} by its positions and {} by its velocities",
+        sum(&|s| s.lasted_s) / count,
         spelled(moved_m, "m"),
         spelled(integrated_m, "m")
     );
@@ -390,7 +420,6 @@ fn motion(track: &Track) -> Option<(String, String)> {
         let rms_m = (aa.min(bb) / count).sqrt();
         (rms_m > AXIS_M).then(|| ab / (aa * bb).sqrt())
     };
-    const AXES: [&str; 3] = ["x", "y", "z"];
     let pair = |i: usize, j: usize| axis(&|s: &Stretch| (s.moved_m[i], s.integrated_m[j]));
     for (i, name) in AXES.into_iter().enumerate() {
         if pair(i, i).is_some_and(|r| r < -ALIKE) {
@@ -415,6 +444,87 @@ fn motion(track: &Track) -> Option<(String, String)> {
     })
 }
 
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What velocities and accelerations say of each other, sideways, where they cannot be of one
+/// flight; and accelerations that no instrument reads.
+fn felt(track: &Track, gravity_mps2: f64) -> Option<(String, String)> {
+    let force_mps2 = track.specific_force_mps2.as_ref()?;
+    let runs: Vec<Run> = runs(track).collect();
+    if runs.len() < STRETCHES {
+        return None;
+    }
+    let (first, z) = (force_mps2.first()?, Vector3::z());
+    if force_mps2.iter().all(|force| force.z == first.z) {
+        let said = format!(
+            "its specific force upwards is {} throughout",
+            spelled(first.z, "m/s2")
+        );
+        return Some((said, "a dead column".to_owned()));
+    }
+    // Without an attitude a body's acceleration says nothing of the world's.
+    if !track.attitude_is_logged {
+        return None;
+    }
+    let (mut aa, mut bb, mut ab, mut lasted_s) = (0.0, 0.0, 0.0, 0.0);
+    for run in &runs {
+        let changed = (track.velocity_mps[run.to] - track.velocity_mps[run.from]).xy();
+        let rows = run.from..run.to;
+        let pushed = rows.map(|row| {
+            let step_s = track.t_s[row + 1] - track.t_s[row];
+            (0.5 * (force_mps2[row] + force_mps2[row + 1]) - z * gravity_mps2) * step_s
+        });
+        let pushed = pushed.sum::<Vector3<f64>>().xy();
+        aa += changed.norm_squared();
+        bb += pushed.norm_squared();
+        ab += changed.dot(&pushed);
+        lasted_s += track.t_s[run.to] - track.t_s[run.from];
+    }
+    let count = runs.len() as f64;
+    let [changed, pushed] = [aa, bb].map(|sum| (sum / count).sqrt() / (lasted_s / count));
+    let correlation = ab / (aa * bb).sqrt().max(f64::MIN_POSITIVE);
+    (changed.min(pushed) > ACCELERATING_MPS2 && correlation < UNLIKE).then(|| {
+        let said = format!(
+            "its velocities change by {} sideways and its accelerations say {}, with nothing in common (correlation {correlation:.2})",
+            spelled(changed, "m/s2"),
+            spelled(pushed, "m/s2")
+        );
+        let help = "rows or columns are shifted, not of one vehicle, or of another frame (`acceleration`, `quaternion`)";
+        (said, help.to_owned())
+    })
+}
+
+/// A ready force against the weight (N), which holds the drone up beside it.
+pub(super) fn force(
+    (vehicle, file): (&str, &str),
+    track: &Track,
+    weight_n: f64,
+    found: &mut Found,
+) {
+    let Some(force_n) = &track.force_n else {
+        return;
+    };
+    let mut up: Vec<f64> = force_n.iter().map(|force| force.z / weight_n).collect();
+    up.sort_by(f64::total_cmp);
+    let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| nearest_rank(&up, share).unwrap_or(0.0));
+    let help = match (low, middle, high) {
+        (0.0, _, 0.0) => "a dead column",
+        // A wake takes all of the thrust at most, and no air holds a drone up that has none.
+        (low, _, high) if low < -1.5 || high > 1.5 => "in another unit? `fz_mn`, `fz_gf`",
+        (_, middle, _) if middle < -0.5 => "is the weight in it? it is beyond thrust and weight",
+        (_, middle, _) if middle > 0.5 => "is the thrust in it? it is beyond thrust and weight",
+        _ => return,
+    };
+    let message = format!(
+        "its force upwards is {low:.2} to {high:.2} weights, {middle:.2} in the middle of the flight"
+    );
+    found.helped(
+        Problem::field(file, vehicle),
+        message,
+        Some(help.to_owned()),
+    );
+}
+
 /// Some steps of a track.
 struct Stretch {
     moved_m: Vector3<f64>,
@@ -423,24 +533,46 @@ struct Stretch {
     lasted_s: f64,
 }
 
+/// Rows without a gap, from and to.
+struct Run {
+    from: usize,
+    to: usize,
+}
+
+fn runs(track: &Track) -> impl Iterator<Item = Run> + '_ {
+    let mut next = 0;
+    std::iter::from_fn(move || {
+        'starts: while next + STRETCH_STEPS < track.t_s.len() {
+            let from = next;
+            for to in from + 1..track.t_s.len() {
+                if track.t_s[to] - track.t_s[to - 1] > track.longest_step_s {
+                    next = to;
+                    continue 'starts;
+                }
+                if to - from >= STRETCH_STEPS && track.t_s[to] - track.t_s[from] >= STRETCH_S {
+                    next = to;
+                    return Some(Run { from, to });
+                }
+            }
+            break;
+        }
+        None
+    })
+}
+
 fn stretches(track: &Track) -> Vec<Stretch> {
-    let rows = 0..track.t_s.len().saturating_sub(STRETCH_STEPS);
-    let stretch = |from: usize| {
-        let to = from + STRETCH_STEPS;
+    let stretch = |Run { from, to }: Run| {
         let mut integrated_m = Vector3::zeros();
         for row in from..to {
             let step_s = track.t_s[row + 1] - track.t_s[row];
-            if step_s > track.longest_step_s {
-                return None;
-            }
             let mean_mps = 0.5 * (track.velocity_mps[row] + track.velocity_mps[row + 1]);
             integrated_m += mean_mps * step_s;
         }
-        Some(Stretch {
+        Stretch {
             moved_m: track.position_m[to] - track.position_m[from],
             integrated_m,
             lasted_s: track.t_s[to] - track.t_s[from],
-        })
+        }
     };
-    rows.step_by(STRETCH_STEPS).filter_map(stretch).collect()
+    runs(track).map(stretch).collect()
 }
