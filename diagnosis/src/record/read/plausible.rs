@@ -227,7 +227,8 @@ pub(super) fn ambient(ambient_mps: f64, place: Problem, found: &mut Found) {
 }
 
 /// Least steps and time (s) of a stretch over which position and velocity are compared, and
-/// velocity and acceleration. Chosen here: noise of both averages out, and turns are still followed.
+/// velocity and acceleration. Chosen here: noise of both averages out, and turns are still
+/// followed.
 const STRETCH_STEPS: usize = 8;
 const STRETCH_S: f64 = 0.4;
 /// Fewest stretches that are judged. Chosen here: an accidental correlation of 0.8 among eight
