@@ -9,6 +9,7 @@ use planner::scenario::missing;
 use planner::verify::examination::{Difference, Examination, examine};
 use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
+use viewer::View;
 
 use crate::commands::battery::{Batteries, percent};
 use crate::commands::plan;
@@ -17,7 +18,6 @@ use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
 use crate::io::plans::Source;
 use crate::report::words::{ALPHA, count, joined, place, wrote};
-use viewer::View;
 
 /// Fleets up to this size are told drone by drone how late each may be.
 const LIST_ALL_UP_TO: usize = 40;

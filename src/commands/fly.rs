@@ -11,6 +11,7 @@ use flight::gusts::INTENSITY;
 use flight::{FlightReport, Options, Setup};
 use planner::plan::file::PlanFile;
 use serde::Serialize;
+use viewer::View;
 
 use crate::commands::plan::{seconds, use_threads};
 use crate::io::answer::{Answer, Format, print};
@@ -21,7 +22,6 @@ use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::words::{ALPHA, wrote};
 use crate::report::{flight as report, page};
-use viewer::View;
 
 #[derive(Args)]
 pub(crate) struct Arguments {

@@ -10,6 +10,7 @@ use planner::plan::outcome::Effort;
 use planner::verify::lateness;
 use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
+use viewer::{Bottlenecks, View};
 
 use crate::commands::battery::{Batteries, percent};
 use crate::io::answer::{Answer, Format, print};
@@ -23,8 +24,6 @@ use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan::{self as report, LIST_ALL_UP_TO};
 use crate::report::sections::{Part, Report};
 use crate::report::words;
-use viewer::Bottlenecks;
-use viewer::View;
 
 #[derive(Args)]
 pub(crate) struct Arguments {

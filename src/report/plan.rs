@@ -3,11 +3,11 @@
 
 use planner::plan::{DronePlan, IgnoringDownwash, Plan, ZoneAir};
 use planner::verify::lateness::LATEST_S;
+use viewer::Bottlenecks;
 
 use super::sections::{Part, Report};
 use super::words::{count, decimal, joined, place, tally};
 use crate::io::watch::Durations;
-use viewer::Bottlenecks;
 
 /// Fleets up to this size are listed whole; it fits on a screen or two.
 pub(crate) const LIST_ALL_UP_TO: usize = 40;
