@@ -52,6 +52,15 @@ pub(crate) struct Arguments {
         requires = "normal"
     )]
     drones: Vec<String>,
+    /// With --normal: parts of names that tell several sessions apart (a day, a rebuilt drone):
+    /// motors are compared within one, and what changed between them is told
+    #[arg(
+        long,
+        value_name = "NAME,NAME",
+        value_delimiter = ',',
+        requires = "normal"
+    )]
+    sessions: Vec<String>,
     /// What to compare, where a recording has several: the probes' speed, a receiver's throttle
     /// over hover, its power over that without a wake [default: speed, else throttle]
     #[arg(long, value_parser = by_name(&COMPARED, |channel| channel_words(channel).file_stem))]
@@ -98,7 +107,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let format = arguments.asked.format;
     match (are_logs, &arguments.normal) {
         (true, Some(normal)) => {
-            return hardware::run(format, &recordings, (normal, &arguments.drones));
+            let names = hardware::Names {
+                normal,
+                drones: &arguments.drones,
+                sessions: &arguments.sessions,
+            };
+            return hardware::run(format, &recordings, names);
         }
         (true, None) => {
             let (answer, found) = run_flights(arguments, &recordings, &name)?;

@@ -135,7 +135,12 @@ fn flights(folder: &Path) -> Result<Answer, Failure> {
     };
     let found: Vec<CampaignFinding> = QUESTIONS.iter().map(ask).collect::<Result<_, Failure>>()?;
     let drones = DRONES.map(str::to_owned);
-    let hardware = diagnose::hardware::judge(&read(&HARDWARE)?, NORMAL, &drones)?;
+    let names = diagnose::hardware::Names {
+        normal: NORMAL,
+        drones: &drones,
+        sessions: &[],
+    };
+    let hardware = diagnose::hardware::judge(&read(&HARDWARE)?, names)?.flights;
     print(&real_flights::table(&found, &hardware).markdown())?;
     Ok(Answer::from(real_flights::is_named(&found, &hardware)))
 }

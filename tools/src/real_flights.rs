@@ -155,7 +155,7 @@ fn changes(rows: &[HardwareRow]) -> Vec<Vec<String>> {
     let line = |what: &str, answer: &str, of: &[&HardwareRow]| {
         let said = of.iter().filter(|row| said(row) == answer);
         let [least, most] = range(of.iter().map(|row| 100.0 * largest(row)));
-        let [low, high] = range(of.iter().map(|row| row.found.chance));
+        let [low, high] = range(of.iter().map(|row| row.found.change.chance));
         vec![
             format!("CrazyPAD, {what}, {}", of.len()),
             "the normal flights of the same drone".to_owned(),
@@ -204,7 +204,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 /// Largest change of a motor's voltage.
 fn largest(row: &HardwareRow) -> f64 {
-    let changes = row.found.motors.iter().map(|change| change.abs());
+    let changes = row.found.change.motors.iter().map(|change| change.abs());
     changes.fold(0.0, f64::max)
 }
 

@@ -18,8 +18,10 @@
 //! So the turn alone tells them apart, and of two neighbouring propellers it cancels: then only the
 //! set is told. A weight that stands in a propeller's wash takes its thrust too, and reads as a
 //! damaged propeller; no steady duty cycle can tell that.
+//!
+//! Motors age, and hardware is taken apart and put together: a flight is compared with the normal
+//! flights of its own session, and what changed from one session to the next is told apart.
 
-use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::Serialize;
@@ -43,6 +45,11 @@ const LEAST_P: f64 = 0.05;
 const MOST_LEAN: f64 = 2.4;
 /// Most extra turn of a damaged propeller, as part of its own.
 const MOST_EXTRA_TURN: f64 = 1.0;
+/// Normal flights of a drone within a session below which it is told that they are few: with four
+/// of one drone alone a change of 6 of their standard deviations is seen, with two one of 62
+/// (Student's t of three and one degrees of freedom at [`LEAST_P`] over four modes and two sides,
+/// the scatter of the mean included).
+pub const LEAST_NORMAL: usize = 4;
 /// Answers within this of the best, in units of twice the log density, are told with it.
 const TIE: f64 = 4.0;
 
@@ -109,15 +116,31 @@ pub struct Answer {
     pub cost: f64,
 }
 
-/// What one flight says about the hardware.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct HardwareFinding {
-    /// Change of each motor's voltage over normal flights (logarithm).
+/// What motors are given in some flights over what they are given in others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Change {
+    /// Of each motor's voltage (logarithm).
     pub motors: [f64; 4],
     /// The same by modes: total, turn, and the two leans.
     pub modes: [f64; 4],
-    /// p-value: how often a normal flight is that far out in any mode.
+    /// p-value: how often normal flights are that far apart in any mode.
     pub chance: f64,
+}
+
+impl Change {
+    /// Whether normal flights are rarely that far apart.
+    #[must_use]
+    pub fn is_seen(&self) -> bool {
+        self.chance < LEAST_P
+    }
+}
+
+/// What one flight says about the hardware.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HardwareFinding {
+    /// Over normal flights.
+    #[serde(flatten)]
+    pub change: Change,
     /// Empty: normal. Else best first; more than one: it cannot tell.
     pub answers: Vec<Answer>,
 }
@@ -157,22 +180,25 @@ pub fn modes([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-fn logarithms(effort: &Effort, over: &[Effort]) -> [f64; 4] {
-    [0, 1, 2, 3].map(|motor| {
-        let mean = over.iter().map(|one| one.volts[motor].ln()).sum::<f64>() / over.len() as f64;
-        effort.volts[motor].ln() - mean
-    })
+/// Mean change of each motor's voltage in some flights over others (logarithm).
+fn logarithms(these: &[Effort], over: &[Effort]) -> [f64; 4] {
+    let mean = |flights: &[Effort], motor: usize| {
+        let logarithms = flights.iter().map(|one| one.volts[motor].ln());
+        logarithms.sum::<f64>() / flights.len() as f64
+    };
+    [0, 1, 2, 3].map(|motor| mean(these, motor) - mean(over, motor))
 }
 
 impl Normal {
-    /// From the normal flights of each drone; `None` where none has two.
+    /// From the normal flights of each drone within each session; `None` where none has two, or no
+    /// two differ.
     #[must_use]
-    pub fn of(by_drone: &[Vec<Effort>]) -> Option<Normal> {
+    pub fn of(groups: &[Vec<Effort>]) -> Option<Normal> {
         let mut squares = [0.0; 4];
         let mut freedom = 0.0;
-        for flights in by_drone.iter().filter(|flights| flights.len() > 1) {
+        for flights in groups.iter().filter(|flights| flights.len() > 1) {
             for flight in flights {
-                let modes = modes(logarithms(flight, flights));
+                let modes = modes(logarithms(std::slice::from_ref(flight), flights));
                 squares = [0, 1, 2, 3].map(|at| squares[at] + modes[at] * modes[at]);
             }
             freedom += flights.len() as f64 - 1.0;
@@ -183,35 +209,59 @@ impl Normal {
         let [total, turn, lean, other] = squares.map(|square| (square / freedom).sqrt());
         // The frame is symmetric: both leans scatter alike.
         let lean = (0.5 * (lean * lean + other * other)).sqrt();
-        Some(Normal {
-            scatter: [total, turn, lean, lean],
-            freedom,
-        })
+        let scatter = [total, turn, lean, lean];
+        (scatter.iter().all(|sd| *sd > 0.0)).then_some(Normal { scatter, freedom })
+    }
+
+    /// By how much the mean of some flights of a drone may differ from that of others, in each
+    /// mode: both scatter.
+    fn scatter_between(&self, these: usize, those: usize) -> [f64; 4] {
+        let both = (1.0 / these.max(1) as f64 + 1.0 / those.max(1) as f64).sqrt();
+        self.scatter.map(|sd| both * sd)
+    }
+
+    /// Some flights of a drone over others; at least one of each.
+    #[must_use]
+    pub fn compare(&self, these: &[Effort], those: &[Effort]) -> Change {
+        let motors = logarithms(these, those);
+        let modes = modes(motors);
+        let sd = self.scatter_between(these.len(), those.len());
+        let farthest = modes.iter().zip(sd).map(|(m, sd)| (m / sd).abs());
+        let farthest = farthest.fold(0.0, f64::max);
+        let chance = StudentsT::new(0.0, 1.0, self.freedom)
+            .map_or(1.0, |t| (4.0 * 2.0 * t.sf(farthest)).min(1.0));
+        Change {
+            motors,
+            modes,
+            chance,
+        }
     }
 
     /// Judges a flight against normal flights of the same drone, of which there is at least one.
     #[must_use]
     pub fn judge(&self, flight: &Effort, normal: &[Effort]) -> HardwareFinding {
-        let motors = logarithms(flight, normal);
-        let modes = modes(motors);
-        // The mean of a few flights scatters too.
-        let wider = (1.0 + 1.0 / normal.len().max(1) as f64).sqrt();
-        let sd = self.scatter.map(|sd| wider * sd);
-        let farthest = modes.iter().zip(sd).map(|(m, sd)| (m / sd).abs());
-        let farthest = farthest.fold(0.0, f64::max);
-        let chance = StudentsT::new(0.0, 1.0, self.freedom)
-            .map_or(1.0, |t| (4.0 * 2.0 * t.sf(farthest)).min(1.0));
-        let answers = match chance < LEAST_P {
-            true => answers(modes, sd),
+        let change = self.compare(std::slice::from_ref(flight), normal);
+        let answers = match change.is_seen() {
+            true => answers(change.modes, self.scatter_between(1, normal.len())),
             false => Vec::new(),
         };
-        HardwareFinding {
-            motors,
-            modes,
-            chance,
-            answers,
-        }
+        HardwareFinding { change, answers }
     }
+}
+
+/// A flight, and what is stated of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<'a> {
+    /// Name of the recording.
+    pub name: &'a str,
+    /// What its motors are given; `None` without enough steady hover.
+    pub effort: Option<Effort>,
+    /// Which drone flew.
+    pub drone: &'a str,
+    /// In which session: motors are compared within one.
+    pub session: &'a str,
+    /// Whether it flew the hardware as stated.
+    pub is_normal: bool,
 }
 
 /// Hardware of one flight.
@@ -221,43 +271,103 @@ pub struct HardwareRow {
     pub flight: String,
     /// Whether it is one of the normal flights; it was then left out of what it is compared with.
     pub is_normal: bool,
+    /// Normal flights of its drone and session that it is compared with.
+    pub compared_with: usize,
     /// What it says.
     #[serde(flatten)]
     pub found: HardwareFinding,
 }
 
-/// Every flight against the normal flights of the same drone: `drone_of` and `is_normal` by
-/// recording. A normal flight is compared with the others, and left out of the scatter too. Flights
-/// without steady hover have no row.
+/// The normal flights of one drone within one session.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SessionRow {
+    /// Which drone flew.
+    pub drone: String,
+    /// In which session.
+    pub session: String,
+    /// How many with enough steady hover.
+    pub normal_flights: usize,
+    /// Over the drone's first session that has normal flights; `None`: this one is it.
+    pub drift: Option<Change>,
+}
+
+impl SessionRow {
+    /// Whether there are fewer normal flights than [`LEAST_NORMAL`].
+    #[must_use]
+    pub fn has_few(&self) -> bool {
+        self.normal_flights < LEAST_NORMAL
+    }
+}
+
+/// What the motors of some flights say.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Hardware {
+    /// Every flight that can be compared.
+    pub flights: Vec<HardwareRow>,
+    /// Every drone's sessions, in the order in which their flights are given.
+    pub sessions: Vec<SessionRow>,
+    /// Names of flights without enough steady hover, duty cycles or battery voltages.
+    pub without_hover: Vec<String>,
+    /// Names of flights of a drone that has no other normal flight in the session, or none whose
+    /// scatter is known.
+    pub without_normal: Vec<String>,
+}
+
+/// Every flight against the normal flights of the same drone in the same session. A normal flight
+/// is compared with the others, and left out of the scatter too.
 #[must_use]
-pub fn hardware_rows(
-    recordings: &[Recording],
-    drone_of: &[&str],
-    is_normal: &[bool],
-) -> Vec<HardwareRow> {
-    let efforts: Vec<Option<Effort>> = recordings.iter().map(Effort::of).collect();
-    let drones: BTreeSet<&str> = drone_of.iter().copied().collect();
-    let normal_of = |drone: &str, but: usize| -> Vec<Effort> {
-        (0..recordings.len())
-            .filter(|&i| i != but && is_normal[i] && drone_of[i] == drone)
-            .filter_map(|i| efforts[i])
+pub fn hardware(flights: &[Flight<'_>]) -> Hardware {
+    let mut groups: Vec<(&str, &str)> = Vec::new();
+    for flight in flights {
+        if !groups.contains(&(flight.drone, flight.session)) {
+            groups.push((flight.drone, flight.session));
+        }
+    }
+    let normal_of = |group: (&str, &str), but: Option<usize>| -> Vec<Effort> {
+        (0..flights.len())
+            .filter(|&i| Some(i) != but && flights[i].is_normal)
+            .filter(|&i| (flights[i].drone, flights[i].session) == group)
+            .filter_map(|i| flights[i].effort)
             .collect()
     };
-    let judge = |index: usize| {
-        let effort = efforts[index]?;
-        let by_drone: Vec<Vec<Effort>> = drones.iter().map(|d| normal_of(d, index)).collect();
-        let own = normal_of(drone_of[index], index);
-        if own.is_empty() {
-            return None;
-        }
-        let found = Normal::of(&by_drone)?.judge(&effort, &own);
-        Some(HardwareRow {
-            flight: recordings[index].name.clone(),
-            is_normal: is_normal[index],
-            found,
-        })
+    let normal_but = |but: Option<usize>| {
+        let groups: Vec<_> = groups.iter().map(|group| normal_of(*group, but)).collect();
+        Normal::of(&groups)
     };
-    (0..recordings.len()).filter_map(judge).collect()
+    let mut all = Hardware::default();
+    for (index, flight) in flights.iter().enumerate() {
+        let name = flight.name.to_owned();
+        let Some(effort) = flight.effort else {
+            all.without_hover.push(name);
+            continue;
+        };
+        let own = normal_of((flight.drone, flight.session), Some(index));
+        match normal_but(Some(index)).filter(|_| !own.is_empty()) {
+            Some(normal) => all.flights.push(HardwareRow {
+                flight: name,
+                is_normal: flight.is_normal,
+                compared_with: own.len(),
+                found: normal.judge(&effort, &own),
+            }),
+            None => all.without_normal.push(name),
+        }
+    }
+    let normal = normal_but(None);
+    for group in &groups {
+        let own = normal_of(*group, None);
+        let of_drone = groups.iter().filter(|(drone, _)| *drone == group.0);
+        let first = of_drone.map(|it| (it, normal_of(*it, None)));
+        let first = first.into_iter().find(|(_, flights)| !flights.is_empty());
+        let before = first.filter(|(it, _)| *it != group && !own.is_empty());
+        let drift = before.zip(normal.as_ref());
+        all.sessions.push(SessionRow {
+            drone: group.0.to_owned(),
+            session: group.1.to_owned(),
+            normal_flights: own.len(),
+            drift: drift.map(|((_, before), normal)| normal.compare(&own, &before)),
+        });
+    }
+    all
 }
 
 /// What explains the modes, best first, with everything that does as well.
@@ -353,7 +463,7 @@ mod tests {
 
     fn normal() -> (Normal, Vec<Effort>) {
         let flights = vec![
-            effort([0.004, -0.002, 0.001, -0.003]),
+            effort([0.004, -0.001, 0.001, -0.003]),
             effort([-0.003, 0.003, -0.002, 0.002]),
             effort([0.002, 0.002, 0.004, -0.001]),
             effort([-0.003, -0.003, -0.003, 0.002]),
@@ -395,5 +505,44 @@ mod tests {
                 .answers
                 .is_empty()
         );
+    }
+
+    #[test]
+    fn a_motor_that_changed_between_sessions_is_told_of_them_and_of_no_flight() {
+        let scatter = normal().1;
+        let changed = scatter.iter().map(|flight| Effort {
+            volts: [0, 1, 2, 3].map(|m| flight.volts[m] * if m == 2 { 1.08 } else { 1.0 }),
+            ..*flight
+        });
+        let flights = |sessions: [&'static str; 2]| -> Vec<Flight<'static>> {
+            let of = |session| {
+                move |effort: Effort| Flight {
+                    name: "normal",
+                    effort: Some(effort),
+                    drone: "E8",
+                    session,
+                    is_normal: true,
+                }
+            };
+            let before = scatter.iter().copied().map(of(sessions[0]));
+            before.chain(changed.clone().map(of(sessions[1]))).collect()
+        };
+        let apart = hardware(&flights(["monday", "friday"]));
+        assert_eq!(apart.flights.len(), 8);
+        assert!(apart.flights.iter().all(|row| row.found.answers.is_empty()));
+        let [monday, friday] = &apart.sessions[..] else {
+            panic!("two sessions: {:?}", apart.sessions);
+        };
+        assert_eq!((monday.normal_flights, monday.drift), (4, None));
+        let drift = friday.drift.expect("over monday");
+        assert!(
+            drift.is_seen() && (drift.motors[2] - f64::ln(1.08)).abs() < 1e-9,
+            "{drift:?}"
+        );
+
+        let few = hardware(&flights(["monday", "friday"])[2..6]);
+        assert!(few.sessions.iter().all(SessionRow::has_few));
+        let one = hardware(&flights(["monday", "friday"])[3..]);
+        assert_eq!(one.without_normal, ["normal"]);
     }
 }

@@ -1,76 +1,165 @@
 //! Flights of one kind of drone against its normal flights: has a weight or a propeller changed?
 
-use diagnosis::campaign::hardware::{HardwareRow, hardware_rows};
+use diagnosis::campaign::hardware::{
+    Change, Effort, Flight, Hardware, HardwareRow, LEAST_NORMAL, SessionRow, hardware,
+};
 use diagnosis::record::recording::Recording;
-use serde_json::json;
+use serde::Serialize;
 
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files;
 use crate::report::sections::{Part, Report};
-use crate::report::words::count;
+use crate::report::words::{count, joined};
+
+/// Which flights are normal, and how drones and sessions are told apart.
+#[derive(Clone, Copy)]
+pub(crate) struct Names<'a> {
+    /// With what the names of normal flights begin.
+    pub(crate) normal: &'a str,
+    /// Parts of names, one a drone.
+    pub(crate) drones: &'a [String],
+    /// Parts of names, one a session.
+    pub(crate) sessions: &'a [String],
+}
+
+/// What is printed as JSON.
+#[derive(Serialize)]
+struct Printed<'a> {
+    format: &'static str,
+    #[serde(flatten)]
+    hardware: &'a Hardware,
+}
 
 /// Answers yes: each flight is normal, or has a change with a name.
 pub(super) fn run(
     format: Format,
     recordings: &[Recording],
-    (normal, drones): (&str, &[String]),
+    names: Names<'_>,
 ) -> Result<Answer, Failure> {
-    let rows = judge(recordings, normal, drones)?;
+    let hardware = judge(recordings, names)?;
     print(&match format {
-        Format::Json => files::json(&json!({"format": "hardware/1", "flights": rows})),
-        Format::Text => report(&rows, recordings.len()).text(),
+        Format::Json => files::json(&Printed {
+            format: "hardware/1",
+            hardware: &hardware,
+        }),
+        Format::Text => report(&hardware).text(),
     })?;
     Ok(Answer::Yes)
 }
 
-/// Every flight against the normal ones of its drone.
-pub(crate) fn judge(
-    recordings: &[Recording],
-    normal: &str,
-    drones: &[String],
-) -> Result<Vec<HardwareRow>, Failure> {
-    let names = || recordings.iter().map(|one| &one.name);
-    let drone_of = |name: &String| {
-        let found = drones.iter().find(|drone| name.contains(drone.as_str()));
-        found.map_or("", String::as_str)
-    };
-    let drone_of: Vec<&str> = names().map(drone_of).collect();
-    let is_normal: Vec<bool> = names().map(|name| name.starts_with(normal)).collect();
-    let rows = hardware_rows(recordings, &drone_of, &is_normal);
-    if rows.is_empty() {
+/// Every flight against the normal ones of its drone and session.
+pub(crate) fn judge(recordings: &[Recording], names: Names<'_>) -> Result<Hardware, Failure> {
+    let flights: Vec<Flight<'_>> = recordings
+        .iter()
+        .map(|one| Flight {
+            name: &one.name,
+            effort: Effort::of(one),
+            drone: part_of(&one.name, names.drones),
+            session: part_of(&one.name, names.sessions),
+            is_normal: one.name.starts_with(names.normal),
+        })
+        .collect();
+    let hardware = hardware(&flights);
+    if hardware.flights.is_empty() {
         return Err(Failure::NoHardware(format!(
-            "at least two flights of one drone whose names begin with \"{normal}\" are needed, with duty cycles, battery voltage and two seconds of steady hover higher than 0.4 m"
+            "at least two flights of one drone in one session whose names begin with \"{}\" are needed, with duty cycles, battery voltage and two seconds of steady hover higher than 0.4 m",
+            names.normal
         )));
     }
-    Ok(rows)
+    Ok(hardware)
 }
 
-fn report(rows: &[HardwareRow], read: usize) -> Report {
+/// The part of a name that tells it from others, of these; empty: none.
+fn part_of<'p>(name: &str, parts: &'p [String]) -> &'p str {
+    let found = parts.iter().find(|part| name.contains(part.as_str()));
+    found.map_or("", String::as_str)
+}
+
+/// Changes of the four motors' voltages, in words.
+fn motors(change: &Change) -> [String; 4] {
+    change.motors.map(|one| format!("{:+.1} %", 100.0 * one))
+}
+
+fn report(hardware: &Hardware) -> Report {
+    let rows = &hardware.flights;
     let row = |row: &HardwareRow| {
         let mut cells = vec![row.flight.clone()];
-        let change = |change: f64| format!("{:+.1} %", 100.0 * change);
-        cells.extend(row.found.motors.map(change));
-        cells.push(format!("{:.4}", row.found.chance));
+        cells.extend(motors(&row.found.change));
+        cells.push(row.compared_with.to_string());
+        cells.push(format!("{:.4}", row.found.change.chance));
         cells.push(row.found.to_string());
         cells
     };
     let changed = rows.iter().filter(|row| !row.found.answers.is_empty());
-    let without = match read - rows.len() {
-        0 => String::new(),
-        few => {
-            let flights = count(few, "flight", "flights");
-            format!("; {flights} without enough steady hover")
-        }
-    };
+    let without = [
+        (&hardware.without_hover, "enough steady hover"),
+        (
+            &hardware.without_normal,
+            "another normal flight of the same drone and session",
+        ),
+    ];
+    let without = without
+        .into_iter()
+        .filter(|(flights, _)| !flights.is_empty());
+    let without = without.map(|(flights, what)| {
+        let flights = count(flights.len(), "flight", "flights");
+        format!("; {flights} without {what}")
+    });
     let (changed, all) = (changed.count(), count(rows.len(), "flight", "flights"));
+    let without: String = without.collect();
     let mut report = Report::new(
         format!("{changed} of {all} changed{without}"),
         String::new(),
     );
-    let headings = "flight | M1 | M2 | M3 | M4 | p-value | what has changed";
-    let below = "M1 to M4: voltage of each motor over that of normal flights; p-value: of a normal flight that far out";
-    let table = Part::table("lrrrrrl", headings, rows.iter().map(row));
-    report.section("", vec![table, Part::line(below)]);
+    let headings = "flight | M1 | M2 | M3 | M4 | over | p-value | what has changed";
+    let below = "M1 to M4: voltage of each motor over that of as many normal flights of the same drone and session; p-value: of a normal flight that far out";
+    let table = Part::table("lrrrrrrl", headings, rows.iter().map(row));
+    let mut parts = vec![table, Part::line(below)];
+    let few: Vec<String> = (hardware.sessions.iter())
+        .filter(|it| it.has_few())
+        .map(|it| format!("{} of {}", it.normal_flights, called(it)))
+        .collect();
+    if !few.is_empty() {
+        parts.push(Part::line(format!(
+            "Too few normal flights to see small changes: {} ({LEAST_NORMAL} or more of a drone in a session).",
+            joined(few, ", ")
+        )));
+    }
+    report.section("", parts);
+    let drifts: Vec<Vec<String>> = (hardware.sessions.iter())
+        .filter_map(|it| it.drift.as_ref().map(|drift| (it, drift)))
+        .map(|(it, drift)| {
+            let mut cells = vec![called(it)];
+            cells.extend(motors(drift));
+            cells.push(it.normal_flights.to_string());
+            cells.push(format!("{:.4}", drift.chance));
+            cells.push(
+                if drift.is_seen() {
+                    "changed"
+                } else {
+                    "as before"
+                }
+                .to_owned(),
+            );
+            cells
+        })
+        .collect();
+    if !drifts.is_empty() {
+        let headings =
+            "normal flights of | M1 | M2 | M3 | M4 | flights | p-value | since the first session";
+        let table = Part::table("lrrrrrrl", headings, drifts.into_iter());
+        report.section("between sessions", vec![table]);
+    }
     report
+}
+
+/// A drone and a session by the parts of names that tell them apart.
+fn called(row: &SessionRow) -> String {
+    match (row.drone.as_str(), row.session.as_str()) {
+        ("", "") => "the drone".to_owned(),
+        (drone, "") => format!("`{drone}`"),
+        ("", session) => format!("session `{session}`"),
+        (drone, session) => format!("`{drone}` in session `{session}`"),
+    }
 }
