@@ -121,6 +121,19 @@ impl Flown {
         }
     }
 
+    /// Air over a drone's discs as its limit counts it: their mean (m/s) and the return flow, as the
+    /// receiver feels them, over its induced velocity (m/s).
+    #[must_use]
+    pub fn alpha(&self, mean_mps: f64, induced_velocity_mps: f64) -> f64 {
+        (mean_mps + self.return_flow_mps) * self.receiver_gain / induced_velocity_mps
+    }
+
+    /// The mean over the discs (m/s) at which [`Flown::alpha`] is so much.
+    #[must_use]
+    pub fn mean_mps(&self, alpha: f64, induced_velocity_mps: f64) -> f64 {
+        alpha * (induced_velocity_mps / self.receiver_gain) - self.return_flow_mps
+    }
+
     /// The same effects with air that is carried down at a range of factors, beside that of the
     /// effects themselves.
     #[must_use]

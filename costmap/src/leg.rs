@@ -48,7 +48,14 @@ pub struct DroneId(pub u32);
 
 /// Index of a [`Kind`](crate::wake::fleet::Kind): an airframe at one mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct KindId(pub u16);
+pub struct KindId(pub u32);
+
+impl KindId {
+    /// Where a list of all kinds holds it.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
 
 /// One drone on a straight path at constant speed, from one tick to another.
 ///

@@ -510,9 +510,8 @@ impl Setting<'_> {
 
     /// Air from above over a drone's induced velocity (both m/s), as limits count it.
     fn alpha(&self, air_mps: f64, hover_mps: f64) -> f64 {
-        let flown = &self.fleet.flown;
         match self.air {
-            Some(_) => flown.receiver_gain * (air_mps + flown.return_flow_mps) / hover_mps,
+            Some(_) => self.fleet.flown.alpha(air_mps, hover_mps),
             None => 0.0,
         }
     }

@@ -144,7 +144,11 @@ impl Tally {
             worst_at_s: self.worst.map(|(at_s, _)| at_s),
             worst_from: self.worst.and_then(|(_, from)| from).map(name),
             worst_mean_alpha: self.worst_mean_alpha,
-            claimed_alpha: Some(craft.claimed_mps / craft.hover_mps(craft.mass_kg)),
+            claimed_alpha: Some(
+                fleet
+                    .flown
+                    .alpha(craft.claimed_mps, craft.hover_mps(craft.mass_kg)),
+            ),
             air_limit: craft.air_limit,
             over_limit_s: self.over_limit_s,
             dose_m: self.dose_m,

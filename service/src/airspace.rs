@@ -164,12 +164,22 @@ pub enum Record {
         /// Which.
         number: u64,
     },
-    /// A drone was offered to a neighbour, or is not any more.
+    /// A proposal was made; if no change bears its number, it is dropped.
+    Proposed {
+        /// Which.
+        number: u64,
+    },
+    /// A drone was offered to a neighbour.
     Offered {
+        /// To whom.
+        to: String,
+        /// Which, and what is left for it to do.
+        offer: message::Offer,
+    },
+    /// It is not any more.
+    Withdrawn {
         /// Which.
         drone: String,
-        /// To whom.
-        to: Option<String>,
     },
     /// What was flown before a time is dropped.
     Forgot {

@@ -6,7 +6,7 @@ use std::fmt;
 use std::sync::atomic::{self, AtomicBool};
 
 use nalgebra::Point3;
-use planner::plan::{self, TrajectoryEntry, Violation, ViolationKind};
+use planner::plan::{self, TrajectoryEntry, Violation};
 use planner::replan::change::{self as planned, ChangeError};
 use planner::replan::rolling::Replanned;
 use planner::scenario::world;
@@ -340,7 +340,7 @@ impl Service {
             let message = format!("{} drones, of at most {MOST_DRONES}", state.drones.len());
             return refused(Code::TooMuch, "params.drones", message);
         }
-        let Sighting { late, off_path } = flown.judge(&state)?;
+        let Sighting { late, off_path } = flown.judge(&state, &limit)?;
         let (patch, record) = match late.is_empty() {
             true => (None, None),
             false => {
@@ -423,12 +423,13 @@ impl Flown {
     }
 
     /// Holds positions against the plan; drones that are not there yet or any more are passed over.
-    fn judge(&self, state: &State) -> Result<Sighting, Refusals> {
+    fn judge(&self, state: &State, limit: &Limit<'_>) -> Result<Sighting, Refusals> {
         let plan = self.running.plan();
         let (mut late, mut off_path, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
         let known: BTreeMap<&str, &plan::DronePlan> =
             plan.drones.iter().map(|it| (&it.name[..], it)).collect();
         for (name, place) in &state.drones {
+            limit.check()?;
             let at = format!("params.drones.{name}");
             let Some(entry) = known.get(&name[..]) else {
                 let message = format!("no drone is called `{name}`");
@@ -583,8 +584,9 @@ impl Flown {
         Ok((patch, record))
     }
 
-    /// Drops history, now and then: a plan that is flown for days stays as small as one that is
-    /// flown for minutes.
+    /// Drops history, now and then: the plan of a fleet that flies for days stays as small as that
+    /// of one that flies for minutes. What was prepared for places and masses that are not flown
+    /// any more stays.
     fn forget(&mut self, at_s: f64) {
         if at_s - self.tidied_s < TIDY_S {
             return;
@@ -617,11 +619,7 @@ impl Flown {
         let from_s = told.from_s;
         let plan = self.running.plan();
         let is_new = |it: &&Violation| {
-            // What is no plan is none from the beginning.
-            (it.kind == ViolationKind::Malformed
-                || it.until_s.is_none_or(|until_s| until_s >= from_s))
-                && !told.unavoidable.contains(it)
-                && !known.contains(it)
+            it.matters_from(from_s) && !told.unavoidable.contains(it) && !known.contains(it)
         };
         let new = plan.violations.iter().filter(is_new);
         let new: Refusals = new

@@ -19,8 +19,6 @@ const STEPS: usize = 200;
 /// Speed of the slowest air that carries a wake down over the centreline's: that of large eddies
 /// (docs/formats.md, `convection`).
 const SLOWEST: f64 = 0.6;
-/// Deepest that is told, in motor distances; chosen here, four times what the jet was fitted to.
-const DEEPEST_L: f64 = 240.0;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -28,10 +26,10 @@ pub(crate) struct Arguments {
     #[arg(value_name = "AIRFRAME")]
     airframe: String,
     /// Mass with payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0)]
+    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
     mass: Option<f64>,
     /// What a person or a sensor bears (m/s)
-    #[arg(long, value_name = "M/S", default_value_t = 1.0, value_parser = above_0)]
+    #[arg(long, value_name = "M/S", default_value_t = 1.0, value_parser = speed, allow_negative_numbers = true)]
     less_than: f64,
     #[command(flatten)]
     wanted: Wanted,
@@ -90,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let wake = Wake::new(&airframe, mass_kg, density_kg_per_m3, &Jet::default());
     let length_m = airframe.motor_distance_m();
     let limit_mps = arguments.less_than;
-    let end_m = wake.iso_speed_end_m(limit_mps).min(DEEPEST_L * length_m);
+    let end_m = wake.iso_speed_end_m(limit_mps);
     let beside_m = |depth_m: f64| beside_m(&wake, depth_m, limit_mps);
     let depths =
         (1..=STEPS).map(|k| end_m.max(wake.near_field_depth_m()) * k as f64 / STEPS as f64);
@@ -131,6 +129,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         .wanted
         .deliver((airframe.name(), &report), json, &found)?;
     Ok(Answer::Yes)
+}
+
+/// Slower air is that of any room.
+fn speed(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match (0.01..=100.0).contains(&value) {
+        true => Ok(value),
+        false => Err("must be from 0.01 to 100 m/s".to_owned()),
+    }
 }
 
 /// From which distance to the axis on the axial speed is below a limit (m/s), at a depth (m): by

@@ -17,7 +17,7 @@ use tools::bench::{apart, peers, table};
 use tools::instances::Floor;
 
 use super::by_name;
-use super::plan::{read_text, seconds, use_threads};
+use super::plan::{at_least_1, read_text, seconds, use_threads};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files;
@@ -30,14 +30,14 @@ pub(crate) struct Arguments {
     #[arg(value_parser = by_name(&Floor::ALL, Floor::name), default_values = ["hall", "warehouse"])]
     places: Vec<Floor>,
     /// Sizes of the fleets
-    #[arg(long, value_delimiter = ',', default_values_t = [100, 200, 500, 1000], value_name = "N,N...")]
+    #[arg(long, value_delimiter = ',', default_values_t = [100, 200, 500, 1000], value_name = "N,N...", value_parser = at_least_1)]
     drones: Vec<usize>,
     /// Instances of every size; each figure is the median over them
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 3], value_name = "SEED,SEED...")]
     seeds: Vec<u64>,
     /// Stop planning an instance after this long with the best plan so far; the plan that ignores
     /// downwash may take as long again
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     time_limit: Option<Duration>,
     /// Threads [default: one per core]
     #[arg(long)]

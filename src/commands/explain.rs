@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME")]
     drone: String,
     /// When (s)
-    #[arg(long, value_name = "SECONDS", value_parser = time)]
+    #[arg(long, value_name = "SECONDS", value_parser = time, allow_negative_numbers = true)]
     at: f64,
     /// Its scenario: tells dwells from waits
     #[arg(long, value_name = "SCENARIO.ron")]
@@ -66,7 +66,7 @@ fn time(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     match (0.0..=1e9).contains(&value) {
         true => Ok(value),
-        false => Err("must not be below 0".to_owned()),
+        false => Err("must be from 0 to 1e9 s".to_owned()),
     }
 }
 
@@ -112,10 +112,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         false => Some(it.drone.clone()),
     };
     let waits_for = otherwise.first().and_then(other);
-    let does = match (does, &waits_for) {
-        ("stop", Some(_)) => "wait",
-        _ => does,
-    };
     let folder = arguments.source.path().parent().unwrap_or(Path::new(""));
     let page = folder.join("plan.html").display().to_string();
     let explained = Explained {
@@ -201,9 +197,15 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 if all > MOST_TOLD {
                     list.push(format!("and {} more", all - MOST_TOLD));
                 }
+                let what = match explained.does {
+                    "wait" => format!("It waits for `{other}`."),
+                    _ => format!(
+                        "It dwells, or waits for `{other}`: --scenario tells dwells from waits."
+                    ),
+                };
                 vec![
                     Part::line(format!(
-                        "It waits for `{other}`. Had it gone on at once, it would be {saved_s:.2} s earlier, and the verifier finds, all others as planned:"
+                        "{what} Had it gone on at once, it would be {saved_s:.2} s earlier, and the verifier finds, all others as planned:"
                     )),
                     Part::List(list),
                 ]

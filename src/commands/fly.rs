@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "K", value_delimiter = ',', value_parser = convection)]
     convection: Vec<f64>,
     /// Gusts of the jets over their centreline speed, 0 to 1; 0: none
-    #[arg(long, value_name = "INTENSITY", default_value_t = INTENSITY, value_parser = intensity)]
+    #[arg(long, value_name = "INTENSITY", default_value_t = INTENSITY, value_parser = intensity, allow_negative_numbers = true)]
     gusts: f64,
     /// Seed of the gusts
     #[arg(long, default_value_t = 0)]
@@ -67,7 +67,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     lean: bool,
     /// Fly only up to this time of the plan
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     until: Option<std::time::Duration>,
     /// Vehicles and gains (RON; see docs/flight.md)
     #[arg(long, value_name = "SETUP.ron")]

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use tools::instances::{self, Floor};
 use validation::hover_grid::set::{GridSet, UNCANTED};
 
+use crate::commands::plan::at_least_1;
 use crate::io::answer::{Answer, print};
 use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
@@ -37,13 +38,13 @@ enum Instance {
     /// Two rooms that swap their drones through one window 2 m wide
     Window {
         /// How many drones
-        #[arg(long, default_value_t = 20)]
+        #[arg(long, default_value_t = 20, value_parser = at_least_1)]
         drones: usize,
     },
     /// Every drone on a circle flies to the opposite point
     Circle {
         /// How many drones
-        #[arg(long, default_value_t = 16)]
+        #[arg(long, default_value_t = 16, value_parser = at_least_1)]
         drones: usize,
         /// Radius of the circle (m)
         #[arg(long, default_value_t = 20.0, value_name = "METRES")]
@@ -83,7 +84,7 @@ struct HoverGrids {
 #[derive(Args)]
 struct Scattered {
     /// How many drones
-    #[arg(long, default_value_t = 100)]
+    #[arg(long, default_value_t = 100, value_parser = at_least_1)]
     drones: usize,
     /// Draws the starts and goals
     #[arg(long, default_value_t = 0)]

@@ -46,7 +46,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     jobs: Option<NonZeroUsize>,
     /// Stop after this long with the best plan so far; time left over makes it better
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     time_limit: Option<Duration>,
     /// Do not plan the fleet once more as if there were no downwash, to say what ignoring it would
     /// cost
@@ -146,12 +146,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         more_conflicts: conflicts.more,
         ..Printed::default()
     };
-    let pairs = words::count(conflicts.count(), "pair", "pairs");
+    let pairs = match conflicts.count() {
+        1 => "1 pair of starts or ends excludes one another".to_owned(),
+        pairs => format!("{pairs} pairs of starts or ends exclude one another"),
+    };
     let mut report = Report {
-        title: format!(
-            "{}: no plan can be safe, {pairs} at the start exclude one another",
-            world.name
-        ),
+        title: format!("{}: no plan can be safe, {pairs}", world.name),
         ..Report::default()
     };
     if control.contrast {
@@ -260,7 +260,11 @@ fn say(
         Some(name) => format!("`{name}`"),
         None => errors[index][0].clone(),
     };
-    for told in problems::told_once(&texts, "for", name) {
+    for told in problems::told_once(
+        &texts,
+        "with figures of their own (--format json) for",
+        name,
+    ) {
         let mut lines = errors[told.first].clone();
         lines.extend(told.others);
         tell_error(&lines[0], &lines[1..]);
@@ -278,7 +282,13 @@ fn say(
 /// Why drones stay, and what the verifier found.
 fn reasons(plan: &Plan) -> Vec<Vec<String>> {
     let unplanned = plan.unplanned.iter().map(|entry| {
-        let reason = format!("no safe path for `{}`: {}", entry.name, entry.reason);
+        let is_stopped = entry.cause.as_ref().is_some_and(|it| it.kind == "stopped");
+        let what = if is_stopped {
+            "no path yet"
+        } else {
+            "no safe path"
+        };
+        let reason = format!("{what} for `{}`: {}", entry.name, entry.reason);
         reason.lines().map(str::to_owned).collect()
     });
     let found = plan.violations.iter();
@@ -322,6 +332,15 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     }
     // Beyond what a clock can count is as good as no limit.
     Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
+}
+
+/// How many of what there has to be some of.
+pub(crate) fn at_least_1(text: &str) -> Result<usize, String> {
+    let count: usize = text.parse().map_err(|_| "not a whole number".to_owned())?;
+    match count {
+        0 => Err("must be at least 1".to_owned()),
+        count => Ok(count),
+    }
 }
 
 fn is_standard_input(scenario: &Path) -> bool {

@@ -13,6 +13,7 @@ use validation::metrics::{LONG_SAMPLES, Metric, Metrics};
 use validation::{Answer as Given, Case, Half};
 
 use crate::commands::diagnose;
+use crate::commands::plan::at_least_1;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
@@ -27,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Recordings to make; two in five have nothing injected
-    #[arg(long, default_value_t = 600)]
+    #[arg(long, default_value_t = 600, value_parser = at_least_1)]
     count: usize,
     /// Families that no other run shows, drawn by the seed: totals alone
     #[arg(long, conflicts_with_all = ["out", "format"])]

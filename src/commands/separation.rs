@@ -27,16 +27,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "UPPER")]
     under: String,
     /// Mass of the lower drone with its payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0)]
+    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
     mass: Option<f64>,
     /// Mass of the upper drone with its payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0)]
+    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
     under_mass: Option<f64>,
     /// Highest mean air over the lower one's rotor discs, over its own induced velocity
-    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = above_0)]
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = above_0, allow_negative_numbers = true)]
     limit: f64,
     /// Speed at which it passes below (m/s)
-    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = above_0)]
+    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = above_0, allow_negative_numbers = true)]
     speed: f64,
     #[command(flatten)]
     wanted: Wanted,

@@ -30,16 +30,16 @@ pub(crate) struct Arguments {
         value_parser = clap::value_parser!(u32).range(2..=5_000))]
     drones: u32,
     /// How long they live (minutes of the site's clock)
-    #[arg(long, default_value_t = 60.0, value_name = "MINUTES", value_parser = positive)]
+    #[arg(long, default_value_t = 60.0, value_name = "MINUTES", value_parser = positive, allow_negative_numbers = true)]
     minutes: f64,
     /// Changes in a second of the site's clock
-    #[arg(long, default_value_t = 10.0, value_name = "N", value_parser = positive)]
+    #[arg(long, default_value_t = 10.0, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     rate: f64,
     /// Time between two requests (s of the site's clock): what has changed until then is one
-    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     interval: f64,
     /// Longest time that a patch may take (s); a change is to hold so long after it is asked for
-    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     deadline: f64,
     /// Draws all of it
     #[arg(long, default_value_t = 1)]

@@ -97,7 +97,7 @@ fn subtitle(plan: &Plan, worst: Option<&WorstMoment>) -> String {
             "Worst air: {} is exposed to {:.1} m/s at t = {at_s:.1} s, {:.2} of its induced velocity; its limit is {:.2}",
             drone.name,
             drone.worst_air_mps,
-            wakes::alpha(drone),
+            wakes::alpha(&plan.flown(), drone),
             drone.air_limit
         ),
         None => "No drone is exposed to downwash".into(),

@@ -543,7 +543,7 @@ const tell = () => {
   $('speed').textContent = `${number(speed, 2)} of ${number(chosen.max_speed_mps, 1)} m/s`;
   const trace = traceOf(chosen), none = [];
   const of = pickValue => trace ? trace.flights.map(it => ({ from: trace.from_s, step: trace.step_s, values: pickValue(it) })) : none;
-  chart('chart-air', at => airAt(chosen, at), chosen.limit_mps, of(it => it.alpha.map(v => v === null ? null : v * chosen.hover_mps)));
+  chart('chart-air', at => airAt(chosen, at), chosen.limit_mps, of(it => it.alpha.map(v => v === null ? null : chosen.alpha_mps[0] + v * (chosen.alpha_mps[1] - chosen.alpha_mps[0]))));
   chart('chart-altitude', at => locate(chosen, at, state)[2], 0, of(it => it.altitude_error_m.map((v, k) => v === null ? null : v + locate(chosen, trace.from_s + k * trace.step_s, state)[2])));
   chart('chart-speed', at => speedAt(chosen, at), chosen.max_speed_mps, none);
 };

@@ -61,8 +61,7 @@ pub(crate) struct Met {
 
 impl<'a> AirOfPlan<'a> {
     pub(crate) fn new(plan: &'a Plan) -> AirOfPlan<'a> {
-        let effects = plan.air.effects.unwrap_or_default();
-        let flown = Flown::of(&effects).unwrap_or_default();
+        let flown = plan.flown();
         let depth_m = (plan.bounds_m.max.z - plan.bounds_m.min.z).max(1.0);
         let convection = plan.convection().map(|it| it.factors()[1]);
         let mut keys: Vec<(&str, u64)> = Vec::new();

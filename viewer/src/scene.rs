@@ -94,7 +94,8 @@ struct Drone<'a> {
     max_descent_mps: Option<f64>,
     /// Highest mean air at the airframe's own mass (m/s).
     limit_mps: f64,
-    hover_mps: f64,
+    /// Mean air (m/s) of an alpha of 0, and of 1.
+    alpha_mps: [f64; 2],
     may_be_late_s: Option<f64>,
     arrives_s: f64,
     waits_s: f64,
@@ -142,6 +143,7 @@ impl<'a> Scene<'a> {
             .flatten()
             .map(|it| it.air_mps)
             .fold(1e-3, f64::max);
+        let flown = plan.flown();
         let levels = LEVELS[usize::from(fleet > FINE_UP_TO)];
         let wakes = air.kinds.iter().map(|kind| {
             let levels = air.levels(kind, levels);
@@ -158,6 +160,7 @@ impl<'a> Scene<'a> {
                 (from_s, until_s, it.what, it.waits_for)
             });
             let drone = &plan.drones[k];
+            let u_h_mps = drone.airframe.hover_induced_velocity_mps;
             let path = &drone.trajectory;
             let units = |value: f64| (value / UNIT).round() as i64;
             let places: Vec<[i64; 3]> = path
@@ -195,8 +198,8 @@ impl<'a> Scene<'a> {
                 max_speed_mps: drone.airframe.max_speed_mps,
                 max_climb_mps: drone.airframe.max_climb_mps,
                 max_descent_mps: drone.airframe.max_descent_mps,
-                limit_mps: drone.air_limit * drone.airframe.hover_induced_velocity_mps,
-                hover_mps: drone.airframe.hover_induced_velocity_mps,
+                limit_mps: flown.mean_mps(drone.air_limit, u_h_mps),
+                alpha_mps: [0.0, 1.0].map(|alpha| flown.mean_mps(alpha, u_h_mps)),
                 may_be_late_s: drone.may_be_late_s,
                 arrives_s: drone.arrives_s,
                 waits_s: drone.waits_s,

@@ -169,26 +169,46 @@ fn crawls(drone: &DronePlan) -> Vec<(f64, f64)> {
     let most_mps = drone.airframe.max_speed_mps;
     let slow_mps = (SLOW * most_mps).min(SLOWEST_MPS);
     let steps = (last_s / LOOK_S) as usize;
-    let speed_mps = |k: usize| {
-        let state = path.state(k as f64 * LOOK_S);
+    // However long it rests, its beginning and its end will do.
+    let rests_until_s = |t_s: f64| {
+        let piece = path.t_s.partition_point(|it| *it <= t_s).checked_sub(1)?;
+        let [from_m, to_m] = [piece, piece + 1].map(|it| path.position_m.get(it));
+        let control_m = path.control_m.get(piece).into_iter().flatten();
+        let rests = from_m == to_m && { control_m }.all(|it| Some(it) == from_m);
+        path.t_s.get(piece + 1).copied().filter(|_| rests)
+    };
+    let mut times_s = Vec::new();
+    let mut step = 0;
+    while step <= steps {
+        let t_s = step as f64 * LOOK_S;
+        times_s.push(t_s);
+        let rested = rests_until_s(t_s).map_or(0, |it| (it / LOOK_S) as usize);
+        step = rested.max(step + 1);
+    }
+    let speed_mps = |t_s: &f64| {
+        let state = path.state(*t_s);
         state.map_or(0.0, |it| it.velocity_mps.norm())
     };
-    let speeds: Vec<f64> = (0..=steps).map(speed_mps).collect();
+    let speeds: Vec<f64> = times_s.iter().map(speed_mps).collect();
     let mut found = Vec::new();
     let mut k = 0;
     for span in speeds.chunk_by(|a, b| (*a < slow_mps) == (*b < slow_mps)) {
         let from = k;
         k += span.len();
         let least_mps = span.iter().copied().fold(f64::INFINITY, f64::min);
-        let span_s = (from as f64 * LOOK_S, k as f64 * LOOK_S);
+        let Some(&until_s) = times_s.get(k) else {
+            // The last is its end.
+            break;
+        };
+        let span_s = (times_s[from], until_s);
         // Sharper turns are slow as well.
         let velocities = [span_s.0, span_s.1].map(|t_s| path.state(t_s).map(|it| it.velocity_mps));
         let goes_on = match velocities {
             [Some(a), Some(b)] => a.dot(&b) > 0.5 * a.norm() * b.norm(),
             _ => false,
         };
-        // The first is its beginning, the last its end.
-        if least_mps < STILL * most_mps && from > 0 && k <= steps && goes_on {
+        // The first is its beginning.
+        if least_mps < STILL * most_mps && from > 0 && goes_on {
             found.push(span_s);
         }
     }
@@ -204,9 +224,10 @@ fn waits_for(
     (from_s, until_s): (f64, f64),
 ) -> Option<usize> {
     let own = &plan.drones[drone];
+    let flown = plan.flown();
     let limit_mps = |it: &DronePlan| {
-        let hover_mps = it.airframe.hover_induced_velocity_mps;
-        (it.air_limit * hover_mps).max(1e-6)
+        let u_h_mps = it.airframe.hover_induced_velocity_mps;
+        flown.mean_mps(it.air_limit, u_h_mps).max(1e-6)
     };
     let apart_m = plan.clearance_m + 2.0 * plan.margins.tracking_m;
     let first = samples.partition_point(|it| it.t_s < from_s);

@@ -127,7 +127,7 @@ impl Fleet {
 
     /// The same for any kind of the fleet.
     pub(crate) fn longest_delay(&self, depth_m: f64) -> u32 {
-        let kinds = (0..self.kinds.len() as u16).map(KindId);
+        let kinds = (0..self.kinds.len() as u32).map(KindId);
         let delays = kinds.map(|kind| self.delay_ticks(kind, depth_m));
         delays.max().unwrap_or(0)
     }

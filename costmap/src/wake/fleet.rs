@@ -280,7 +280,7 @@ impl Fleet {
             iso_speed,
             conditions,
         };
-        let kinds = 0..fleet.kinds.len() as u16;
+        let kinds = 0..fleet.kinds.len() as u32;
         let farthest = kinds.map(|kind| fleet.farthest_m(KindId(kind)));
         let reach_m: Vec<f64> = farthest.collect();
         let fleet = Fleet { reach_m, ..fleet };
@@ -291,7 +291,7 @@ impl Fleet {
     /// Largest distance, over all others, at which bodies touch or a wake counts.
     fn farthest_m(&self, kind: KindId) -> f64 {
         let wake_m = |emitter, receiver| self.envelope(emitter, receiver).reach_m();
-        let me = usize::from(kind.0);
+        let me = kind.index();
         let mut farthest_m = 0.0_f64;
         for other in 0..self.kinds.len() {
             let bodies_m = self.kinds[me].body_radius_m + self.kinds[other].body_radius_m;
@@ -310,17 +310,17 @@ impl Fleet {
 
     /// Speed at a point below this kind, for zones.
     pub(crate) fn points(&self, kind: KindId) -> &Envelope {
-        &self.points[self.emitter_of[usize::from(kind.0)]]
+        &self.points[self.emitter_of[kind.index()]]
     }
 
     /// The kind of this index.
     pub fn kind(&self, kind: KindId) -> &Kind {
-        &self.kinds[usize::from(kind.0)]
+        &self.kinds[kind.index()]
     }
 
     /// The wake of this kind.
     pub fn wake(&self, kind: KindId) -> &Wake {
-        &self.wakes[usize::from(kind.0)]
+        &self.wakes[kind.index()]
     }
 
     /// Where the wake of this kind counts in what is printed.
@@ -334,18 +334,18 @@ impl Fleet {
             let volume = IsoSpeedVolume::new(self.wake(kind), LEAST_ALPHA * lowest_mps);
             volume.expect("an induced velocity is positive")
         };
-        self.iso_speed[usize::from(kind.0)].get_or_init(make)
+        self.iso_speed[kind.index()].get_or_init(make)
     }
 
     /// How late the air of this kind may be.
     pub fn carrier(&self, kind: KindId) -> &Carrier {
-        &self.carriers[usize::from(kind.0)]
+        &self.carriers[kind.index()]
     }
 
     /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its
     /// rotors, unless it feels another part of it.
     pub fn measure_mps(&self, kind: KindId) -> f64 {
-        self.measures_mps[usize::from(kind.0)]
+        self.measures_mps[kind.index()]
     }
 
     /// Points over the rotor discs of this kind.
@@ -361,7 +361,7 @@ impl Fleet {
     /// Beyond this horizontal distance, a drone of this kind and any other have nothing to do with
     /// each other (m).
     pub fn reach_m(&self, kind: KindId) -> f64 {
-        self.reach_m[usize::from(kind.0)]
+        self.reach_m[kind.index()]
     }
 
     /// How far apart the centres of two drones stay on these legs (m).
@@ -455,7 +455,7 @@ impl Fleet {
             return (false, 0);
         }
         // Most are beside one another wherever they are.
-        let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+        let kinds = [emitter, receiver].map(|leg| leg.kind.index());
         let (envelope, column) = (self.envelope(kinds[0], kinds[1]), &self.columns[kinds[0]]);
         let may_enter = apart_m < column.from_radius_m.max(column.to_radius_m)
             && depths_m[0] <= column.to_depth_m + 1e-6
@@ -501,7 +501,7 @@ impl Fleet {
         may_enter: bool,
     ) -> (bool, u32) {
         let shift = self.conditions.shift;
-        let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+        let kinds = [emitter, receiver].map(|leg| leg.kind.index());
         let (envelope, column) = (self.envelope(kinds[0], kinds[1]), &self.columns[kinds[0]]);
         let Some(whole) = advected(emitter, receiver, delay, shift) else {
             return (false, 0);
@@ -576,7 +576,7 @@ impl Fleet {
             {
                 return 0.0;
             }
-            let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+            let kinds = [emitter, receiver].map(|leg| leg.kind.index());
             let met = self
                 .envelope(kinds[0], kinds[1])
                 .along(&offsets_m[0], &offsets_m[1]);
@@ -684,14 +684,14 @@ impl Fleet {
     /// fills (millionths), either of them up to `shift` ticks early or late, where wakes follow at
     /// once.
     fn shifted_wake(&self, emitter: &Leg, receiver: &Leg, shift: u32) -> (bool, u32) {
-        let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
+        let envelope = self.envelope(emitter.kind.index(), receiver.kind.index());
         let highest = |region: &Relative| {
             envelope.highest_among(region.depths(), |axis_m| region.nearest(axis_m))
         };
         let Some(whole) = self.exposed(receiver, emitter, shift) else {
             return (false, 0);
         };
-        let column = &self.columns[usize::from(emitter.kind.0)];
+        let column = &self.columns[emitter.kind.index()];
         let entered = whole.delays_in(column).is_some();
         let mut square = highest(&whole);
         // Where both change, in pieces.
@@ -727,7 +727,7 @@ impl Fleet {
             if !self.conditions.wakes {
                 return Vec::new();
             }
-            let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0.0));
+            let envelope = self.envelope(emitter.index(), receiver.0.index());
             let above = |share: f64, at_once: bool| {
                 let sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
                 sections.into_iter().map(move |section| Hung {
@@ -738,7 +738,7 @@ impl Fleet {
             };
             let late = self.is_advected().then(|| above(late_share, false));
             let column = Hung {
-                section: self.columns[usize::from(emitter.0)],
+                section: self.columns[emitter.index()],
                 at_once: true,
                 is_above: false,
             };
@@ -780,8 +780,8 @@ impl Fleet {
         meeting: &mut Meeting,
         onto_first: bool,
     ) {
-        let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
-        meeting.column |= self.columns[usize::from(emitter.kind.0)].is_entered(from_m, to_m);
+        let envelope = self.envelope(emitter.kind.index(), receiver.kind.index());
+        meeting.column |= self.columns[emitter.kind.index()].is_entered(from_m, to_m);
         let met = envelope.along(from_m, to_m);
         if met.peak_square == 0.0 {
             return;
@@ -873,7 +873,7 @@ struct FarLoads {
 
 impl FarLoads {
     fn new(fleet: &Fleet) -> FarLoads {
-        let all = || (0..fleet.kinds.len() as u16).map(KindId);
+        let all = || (0..fleet.kinds.len() as u32).map(KindId);
         let pairs = || all().flat_map(|one| all().map(move |other| (one, other)));
         let loads: Vec<Vec<u32>> = pairs()
             .map(|(emitter, receiver)| fleet.loads_by_distance(emitter, receiver))
@@ -927,7 +927,7 @@ impl Fleet {
 
     /// Beyond this horizontal distance the wake of this kind counts as still air to every kind (m).
     pub(crate) fn wake_reach_m(&self, kind: KindId) -> f64 {
-        self.far_loads.on_any[usize::from(kind.0)].len() as f64 * FAR_STEP_M
+        self.far_loads.on_any[kind.index()].len() as f64 * FAR_STEP_M
     }
 
     /// Bound on the load that a wake brings a drone at this horizontal distance or more, in
@@ -938,11 +938,11 @@ impl Fleet {
 
     /// The same, for any receiver.
     pub(crate) fn far_load_on_any(&self, emitter: KindId, gap_m: f64) -> u32 {
-        at_gap(&self.far_loads.on_any[usize::from(emitter.0)], gap_m)
+        at_gap(&self.far_loads.on_any[emitter.index()], gap_m)
     }
 
     fn pair(&self, one: KindId, other: KindId) -> usize {
-        usize::from(one.0) * self.kinds.len() + usize::from(other.0)
+        one.index() * self.kinds.len() + other.index()
     }
 
     /// Loads of the lowest limit at multiples of [`FAR_STEP_M`], as far as they count.
@@ -950,7 +950,7 @@ impl Fleet {
         if !self.conditions.wakes {
             return Vec::new();
         }
-        let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0));
+        let envelope = self.envelope(emitter.index(), receiver.index());
         let measure_mps = self.measure_mps(receiver);
         let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
         let recirculated = self.conditions.flown.return_flow_mps / measure_mps;

@@ -704,6 +704,12 @@ fn of_vehicle(
     let recording = &recordings[trace.recording];
     let (track, airframe) = (&trace.of.track, &trace.of.airframe);
     let (mass_kg, rows) = (airframe.mass_kg(), track.t_s.len());
+    // One clock for all vehicles of a flight.
+    let firsts = recording
+        .vehicles
+        .iter()
+        .filter_map(|it| it.track.t_s.first());
+    let begins_s = firsts.copied().fold(f64::INFINITY, f64::min);
     let axis = |row: usize| track.attitude[row] * Vector3::z();
     let thrust_mps2 = |row: usize| upright_n[row] / axis(row).z / mass_kg;
     let is_ready = trace.source == ThrustSource::ReadyForce;
@@ -769,7 +775,7 @@ fn of_vehicle(
             let outward = nearest.and_then(|of| of.try_normalize(1e-9));
             let nose = (track.attitude[row] * Vector3::x()).xy();
             steps.push(Step {
-                t_s: time_s - track.t_s[0],
+                t_s: time_s - begins_s,
                 flight: trace.recording,
                 vehicle,
                 block: 0,

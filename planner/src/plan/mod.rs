@@ -137,13 +137,16 @@ pub struct Sample {
 }
 
 impl Plan {
+    /// What its air is flown with beside the hover jets; nothing where that cannot be flown.
+    pub fn flown(&self) -> Flown {
+        Flown::of(&self.air.effects.unwrap_or_default()).unwrap_or_default()
+    }
+
     /// How late air may be: as the plan states it, and as its effects have it; `None`: wakes follow
     /// their drones without delay.
     pub fn convection(&self) -> Option<Convection> {
-        let effects = self.air.effects.unwrap_or_default();
-        let flown = Flown::of(&effects).unwrap_or_default();
         let stated = self.air_delay.map(|it| it.convection);
-        flown.with_convection(stated).convection
+        self.flown().with_convection(stated).convection
     }
 
     /// Every drone is planned, and the verifier found nothing: it may be flown as it is.
@@ -713,6 +716,15 @@ pub struct Violation {
     pub limit: f64,
     /// `m`, `m/s`, `m/s2`, `m/s3`, `U_D/U_H` or `s`.
     pub unit: String,
+}
+
+impl Violation {
+    /// Whether it matters to what is flown from a time on (s): what is no plan is none from the
+    /// beginning.
+    pub fn matters_from(&self, from_s: f64) -> bool {
+        let is_over = self.until_s.is_some_and(|until_s| until_s < from_s);
+        self.kind == ViolationKind::Malformed || !is_over
+    }
 }
 
 /// Which check a violation fails.

@@ -379,8 +379,8 @@ impl Running {
                 }
             }
         }
-        let ends_s = |it: &Violation| it.until_s.is_none_or(|until_s| until_s >= before_s);
-        self.plan.violations.retain(ends_s);
+        let violations = &mut self.plan.violations;
+        violations.retain(|it| it.matters_from(before_s));
         self.fill_costmap();
     }
 
@@ -558,6 +558,8 @@ fn take(
                 if let Some(before) = before {
                     (running.world, running.plan, running.tracks) = before;
                     renew_distances(running);
+                    // Those who come may stand in it.
+                    running.fill_costmap();
                 }
             }
         }

@@ -56,6 +56,11 @@ pub enum FlownError {
     /// Columns that are not there.
     #[error("the table needs the columns t_s, drone, x_m, y_m, z_m; it lacks {0}")]
     Columns(String),
+    /// All of it is under the floor: its axes are others than were thought.
+    #[error(
+        "every place is below z = 0, the floor where the fleet's file gives no bounds_m; is z down (NED)? North, east, down is x = east, y = north, z = -down here"
+    )]
+    BelowFloor,
     /// No row.
     #[error("the table has no rows")]
     Empty,
@@ -187,6 +192,11 @@ pub fn samples_as_plan(
     if let Some((drone, _)) = all.find(|(_, of_one)| out_of_order(of_one)) {
         return Err(FlownError::Samples(drone.clone()));
     }
+    let fleet = read_fleet(fleet);
+    let mut places = samples.of.values().flatten().map(|it| it.position_m);
+    if fleet.floor_z_m().is_none() && places.all(|it| it.z < 0.0) {
+        return Err(FlownError::BelowFloor);
+    }
     let firsts = samples.of.iter().map(|(name, of_one)| {
         let first_m = of_one.first().map_or(Point3::origin(), |it| it.position_m);
         (&name[..], first_m)
@@ -196,7 +206,7 @@ pub fn samples_as_plan(
         firsts: firsts.collect(),
         room_m: around(samples),
     };
-    let (world, mut remarks) = read_fleet(fleet).world(name, &members, files)?;
+    let (world, mut remarks) = fleet.world(name, &members, files)?;
     let ends_s = samples
         .of
         .values()

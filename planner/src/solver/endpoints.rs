@@ -120,16 +120,21 @@ pub(crate) fn find(world: &World) -> Exclusions {
         found.sort_by_key(|(drone, ..)| *drone);
         let worst = worst(&found);
         conflicts.more += untold + found.len() - worst.len();
-        let with_fix = |(drone, blocker, why): Excluded| EndpointConflict {
-            drone,
-            blocker,
-            when,
-            why,
-            nearest_fix_m: nearest(&judge, &sites, drone),
-        };
-        let here = worst.into_par_iter().map(with_fix);
-        let here: Vec<EndpointConflict> = here.collect();
-        conflicts.worst.extend(here);
+        // All that is advised can be done together.
+        let mut advised: Vec<Site> = Vec::new();
+        for (drone, blocker, why) in worst {
+            if !advised.iter().any(|it| it.drone == drone) {
+                advised.extend(nearest(&judge, &sites, drone, &advised));
+            }
+            let fix = advised.iter().find(|it| it.drone == drone);
+            conflicts.worst.push(EndpointConflict {
+                drone,
+                blocker,
+                when,
+                why,
+                nearest_fix_m: fix.map(|it| it.nominal_m),
+            });
+        }
         kept = found;
     }
     Exclusions {
@@ -256,9 +261,14 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
         .collect()
 }
 
-/// The nearest place at which a drone is in order with all others of its set, by rings of growing
-/// distance: level, up and down.
-fn nearest(judge: &EndpointJudge<'_>, sites: &Sites, drone: usize) -> Option<Point3<f64>> {
+/// The nearest place at which a drone is in order with all others of its set, those that are
+/// advised to move where they are then, by rings of growing distance: level, up and down.
+fn nearest(
+    judge: &EndpointJudge<'_>,
+    sites: &Sites,
+    drone: usize,
+    advised: &[Site],
+) -> Option<Site> {
     let site = sites.of(drone)?;
     let level = (0..BEARINGS).map(|k| {
         let bearing = k as f64 / BEARINGS as f64 * std::f64::consts::TAU;
@@ -268,15 +278,14 @@ fn nearest(judge: &EndpointJudge<'_>, sites: &Sites, drone: usize) -> Option<Poi
     (1..=(FARTHEST_M / STEP_M) as usize).find_map(|ring| {
         let distance_m = ring as f64 * STEP_M;
         let places_m = (directions.iter()).map(|towards| site.nominal_m + towards * distance_m);
-        places_m
-            .into_iter()
-            .find(|place_m| in_order(judge, sites, &judge.moved(site, *place_m)))
+        let moved = places_m.map(|place_m| judge.moved(site, place_m));
+        { moved }.find(|moved| in_order(judge, sites, moved, advised))
     })
 }
 
 /// Whether a drone may be there: in bounds, clear of solids, in order with all others and the
 /// zones.
-fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site) -> bool {
+fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, advised: &[Site]) -> bool {
     let bounds_m = &judge.world.bounds_m;
     let fits = |place_m: &Point3<f64>, clearance_m: f64| {
         let inside = |k: usize| {
@@ -298,7 +307,9 @@ fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site) -> bool {
     if !fits(&moved.nominal_m, clearance_m) || moved.lands && !fits(&moved.place_m, -TOUCH_M) {
         return false;
     }
-    let near = sites.near(moved.place_m, moved.drone);
+    let mut near = sites.near(moved.place_m, moved.drone);
+    near.retain(|it| !advised.iter().any(|other| other.drone == it.drone));
+    near.extend(advised);
     let apart = near.iter().all(|other| {
         body_gap_m(judge, moved, other).is_none()
             && !judge.in_column(moved, other)

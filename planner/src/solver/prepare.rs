@@ -491,12 +491,12 @@ impl Kinds {
 
     /// What a kind weighs, payload included (kg).
     pub(crate) fn mass_kg(&self, kind: KindId) -> f64 {
-        self.kinds[usize::from(kind.0)].1
+        self.kinds[kind.index()].1
     }
 
     /// What is of a kind: its vehicle, and its mass with payload (kg).
     pub(crate) fn of(&self, kind: KindId) -> (&Vehicle, f64) {
-        let (vehicle, mass_kg) = &self.kinds[usize::from(kind.0)];
+        let (vehicle, mass_kg) = &self.kinds[kind.index()];
         (vehicle, *mass_kg)
     }
 
@@ -521,7 +521,7 @@ impl Kinds {
     pub(crate) fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
         self.known(vehicle, mass_kg).unwrap_or_else(|| {
             self.kinds.push((vehicle.clone(), mass_kg));
-            KindId(self.kinds.len() as u16 - 1)
+            KindId(self.kinds.len() as u32 - 1)
         })
     }
 
@@ -529,7 +529,7 @@ impl Kinds {
     pub(crate) fn known(&self, vehicle: &Vehicle, mass_kg: f64) -> Option<KindId> {
         let same = |(other, kg): &(Vehicle, f64)| other == vehicle && *kg == mass_kg;
         let index = self.kinds.iter().position(same)?;
-        Some(KindId(index as u16))
+        Some(KindId(index as u32))
     }
 }
 

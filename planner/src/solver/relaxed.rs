@@ -94,25 +94,27 @@ impl Why {
 
     /// As a note on the plan of a world by the next weaker rules.
     pub(crate) fn note(&self, world: &World, weaker: &World) -> String {
-        let (planned, without, key) = match world.convection != weaker.convection {
+        let (planned, without, are, key) = match world.convection != weaker.convection {
             true => (
                 "with quasi-static wakes",
                 "advected wakes",
+                "are",
                 "air: (convection: (0.6, 1.0))",
             ),
             false => (
                 "in straight motion, whose corners no drone flies as planned",
                 "smooth motion",
+                "is",
                 "planning: (motion: Smooth)",
             ),
         };
         let why = match self {
             Why::SlowToStop(name, stop_s) => format!(
-                "`{name}` takes {stop_s:.1} s to stop, {without} is for up to {:.0} s",
+                "`{name}` takes {stop_s:.1} s to stop; {without} {are} not tried above {:.0} s",
                 STOP_S.high
             ),
             Why::Covered(share, most) => format!(
-                "wakes cover {:.0} % of the floor at once, {without} is tried up to {:.0} %",
+                "wakes cover {:.0} % of the floor at once; {without} {are} not tried above {:.0} %",
                 100.0 * share,
                 100.0 * most
             ),
@@ -133,7 +135,7 @@ impl Why {
 fn covered_share(world: &World, job: &Job) -> f64 {
     let costmap = job.costmap(world, true, 0);
     let fleet = costmap.fleet();
-    let mut known: Vec<((u16, f64), f64)> = Vec::new();
+    let mut known: Vec<((u32, f64), f64)> = Vec::new();
     let mut area_m2 = |index: usize| {
         let kind = job.agents[index].kinds[0];
         let key = (kind.0, world.drones[index].air_limit);
@@ -193,7 +195,7 @@ mod tests {
         };
         assert!(note.starts_with("planned in straight motion"), "{note}");
         assert!(
-            note.contains(": `k` takes 22.0 s to stop, smooth"),
+            note.contains(": `k` takes 22.0 s to stop; smooth"),
             "{note}"
         );
         assert!(read_world(&one("slow", "planning: (motion: Smooth)")).is_err());
@@ -237,7 +239,7 @@ mod tests {
             "{note}"
         );
         assert!(
-            note.contains("advected wakes is tried up to 16 %"),
+            note.contains("advected wakes are not tried above 16 %"),
             "{note}"
         );
 
@@ -248,7 +250,10 @@ mod tests {
             panic!("{:?}", both.notes);
         };
         assert!(note.starts_with("planned in straight motion"), "{note}");
-        assert!(note.contains("smooth motion is tried up to 25 %"), "{note}");
+        assert!(
+            note.contains("smooth motion is not tried above 25 %"),
+            "{note}"
+        );
     }
 
     #[test]

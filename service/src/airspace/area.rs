@@ -1,6 +1,6 @@
 //! One area's planner.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use nalgebra::Point3;
@@ -27,8 +27,12 @@ const HISTORY_S: f64 = 60.0;
 /// How far a drone may be from where it was said to be (m): what a delay that is told at once
 /// explains. Chosen here, as for positions that come in.
 const JUMP_M: f64 = 5.0;
-/// Slack in comparing times (s).
+/// Slack in comparing times (s) and places (m).
 const SAME_S: f64 = 1e-6;
+const SAME_M: f64 = 1e-6;
+/// How many of what is counted one by one are kept, the last ones. Chosen here: enough for a
+/// percentile.
+const MOST_KEPT: usize = 1000;
 
 /// What all planners of a site agree on.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,10 +98,18 @@ pub struct Counts {
     pub votes: [u64; 2],
     /// Times that own drones gave way to what had happened.
     pub gave_way: u64,
-    /// From proposal to agreement of all (s), each.
-    pub agreed_in_s: Vec<f64>,
-    /// What neighbours said that cannot be, with who said it.
-    pub contradictions: Vec<(String, String)>,
+    /// From proposal to agreement of all (s), each of the last ones.
+    pub agreed_in_s: VecDeque<f64>,
+    /// What neighbours said last that cannot be, with who said it.
+    pub contradictions: VecDeque<(String, String)>,
+}
+
+/// Keeps one more of the last ones.
+fn keep<T>(all: &mut VecDeque<T>, one: T) {
+    all.push_back(one);
+    if all.len() > MOST_KEPT {
+        all.pop_front();
+    }
 }
 
 /// What is known of a neighbour.
@@ -151,9 +163,9 @@ pub struct Area {
     theirs: BTreeMap<String, String>,
     neighbours: BTreeMap<String, Neighbour>,
     mine: Option<Mine>,
-    /// Own drones that are offered, and to whom.
-    offered: BTreeMap<String, String>,
-    /// Drones that can be taken, and from whom.
+    /// Own drones that are offered, to whom, and with what.
+    offered: BTreeMap<String, (String, Offer)>,
+    /// Drones that can be taken, and from whom: as neighbours' last borders say.
     offers: Vec<(String, Offer)>,
     /// Drones that were taken, from whom, by which proposal: until that neighbour knows.
     owed: BTreeMap<String, (String, u64)>,
@@ -288,12 +300,14 @@ impl Area {
         if entry.at_end != AtEnd::Hover || !ends_m.is_some_and(|it| is_inside(bounds_m, it)) {
             return wrong("it does not end hovering in that world");
         }
-        self.offered.insert(offer.drone.clone(), to.to_owned());
         self.records.push(Record::Offered {
-            drone: offer.drone.clone(),
-            to: Some(to.to_owned()),
+            to: to.to_owned(),
+            offer: offer.clone(),
         });
-        self.say(to, Says::Offer(offer));
+        self.offered
+            .insert(offer.drone.clone(), (to.to_owned(), offer));
+        // With the next border, and every one from then on.
+        self.told_s = f64::NEG_INFINITY;
         Ok(())
     }
 
@@ -305,10 +319,10 @@ impl Area {
     /// Takes an offer back; what was agreed to by then may still be flown.
     pub fn withdraw(&mut self, drone: &str) {
         if self.offered.remove(drone).is_some() {
-            self.records.push(Record::Offered {
+            self.records.push(Record::Withdrawn {
                 drone: drone.to_owned(),
-                to: None,
             });
+            self.told_s = f64::NEG_INFINITY;
         }
     }
 
@@ -354,6 +368,10 @@ impl Area {
             settled: self.settled,
             heard: self.neighbours.get(neighbour).map_or(0, |it| it.settled),
             drones,
+            offers: (self.offered.values())
+                .filter(|(to, _)| to == neighbour)
+                .map(|(_, offer)| offer.clone())
+                .collect(),
         }
     }
 
@@ -373,11 +391,6 @@ impl Area {
             Says::Vote(vote) => self.hear_vote(now_s, from, vote),
             Says::Settle(settled) => self.hear_settled(from, *settled),
             Says::Fact(fact) => self.hear_fact(from, fact),
-            Says::Offer(offer) => {
-                self.offers.retain(|(_, it)| it.drone != offer.drone);
-                self.offers.push((from.clone(), offer.clone()));
-                Ok(())
-            }
         };
         match heard {
             Ok(()) => {
@@ -385,7 +398,7 @@ impl Area {
                     it.heard_s = Some(now_s);
                 }
             }
-            Err(what) => self.counts.contradictions.push((from.clone(), what)),
+            Err(what) => keep(&mut self.counts.contradictions, (from.clone(), what)),
         }
     }
 
@@ -433,11 +446,16 @@ impl Area {
                 }
             }
             Record::Dropped { from, number } => self.forget_agreed(&from, number),
-            Record::Offered { drone, to } => {
-                match to {
-                    Some(to) => self.offered.insert(drone, to),
-                    None => self.offered.remove(&drone),
-                };
+            Record::Proposed { number } => {
+                self.number = self.number.max(number);
+                // If nothing says that it is flown, it is dropped.
+                self.settled = self.settled.max(number);
+            }
+            Record::Offered { to, offer } => {
+                self.offered.insert(offer.drone.clone(), (to, offer));
+            }
+            Record::Withdrawn { drone } => {
+                self.offered.remove(&drone);
             }
             Record::Forgot { before_s } => self.running.forget(before_s),
         }
@@ -495,6 +513,9 @@ impl Area {
         let entries = changed.iter().filter_map(|name| found(plan, name));
         let drones: Vec<DronePlan> = entries.map(|it| plan.drones[it].clone()).collect();
         self.number += 1;
+        self.records.push(Record::Proposed {
+            number: self.number,
+        });
         self.counts.proposed += 1;
         let proposal = Proposal {
             number: self.number,
@@ -569,10 +590,8 @@ impl Area {
     /// Whether the verifier finds nothing new of own drones.
     fn is_sound(&self, candidate: &Running, at_s: f64) -> Result<(), Refused> {
         let known = &self.running.plan().violations;
-        let is_new = |it: &&Violation| {
-            let counts = it.until_s.is_none_or(|until_s| until_s >= at_s);
-            counts && self.is_ours(it) && !known.contains(it)
-        };
+        let is_new =
+            |it: &&Violation| it.matters_from(at_s) && self.is_ours(it) && !known.contains(it);
         match candidate.plan().violations.iter().find(is_new) {
             Some(it) => Err(Refused::NotVerified(it.to_string())),
             None => Ok(()),
@@ -601,7 +620,7 @@ impl Area {
         rules.drones.extend_from_slice(theirs);
         let is_own = |name: &str| !is_theirs(name) && !self.theirs.contains_key(name);
         let counts = |it: &Violation| {
-            it.until_s.is_none_or(|until_s| until_s >= from_s)
+            it.matters_from(from_s)
                 && (is_own(&it.drone) || it.with.as_deref().is_some_and(is_own))
                 && !plan.violations.contains(it)
         };
@@ -701,7 +720,7 @@ impl Area {
                 .drones
                 .iter()
                 .any(|known| known.name == *drone)
-            && self.offered.get(drone).is_none_or(|to| to != from)
+            && self.offered.get(drone).is_none_or(|(to, _)| to != from)
         {
             return Some(format!("`{drone}` is not offered"));
         }
@@ -760,7 +779,7 @@ impl Area {
 
     /// A neighbour may have taken a drone by now.
     fn is_taking(&self, from: &str, drone: &str) -> bool {
-        let is_offered = self.offered.get(drone).is_some_and(|to| to == from);
+        let is_offered = self.offered.get(drone).is_some_and(|(to, _)| to == from);
         let mut agreed = self.neighbours[from].agreed.values();
         is_offered || agreed.any(|it| it.takes.as_deref() == Some(drone))
     }
@@ -787,7 +806,7 @@ impl Area {
             let number = mine.proposal.number;
             self.running = mine.candidate;
             self.counts.flown += 1;
-            self.counts.agreed_in_s.push(now_s - mine.since_s);
+            keep(&mut self.counts.agreed_in_s, now_s - mine.since_s);
             self.flown(mine.proposal.from_s, mine.changes, mine.took, number);
             for area in &mine.asked {
                 let is_flown = true;
@@ -891,6 +910,13 @@ impl Area {
         }
         self.owed
             .retain(|_, (to, number)| to != from || *number > border.heard);
+        let is_offered = |it: &Offer| border.offers.iter().any(|offer| offer == it);
+        self.offers.retain(|(of, it)| of != from || is_offered(it));
+        for offer in &border.offers {
+            if !self.offers.iter().any(|(of, it)| of == from && it == offer) {
+                self.offers.push((from.to_owned(), offer.clone()));
+            }
+        }
         if other.is_empty() {
             return Ok(());
         }
@@ -906,10 +932,8 @@ impl Area {
         self.note(at_s, (from, number), drones, false)?;
         let known = &before.plan().violations;
         let violations = self.running.plan().violations.iter();
-        let is_new = |it: &Violation| {
-            let counts = it.until_s.is_none_or(|until_s| until_s >= at_s);
-            counts && self.is_ours(it) && !known.contains(it)
-        };
+        let is_new =
+            |it: &Violation| it.matters_from(at_s) && self.is_ours(it) && !known.contains(it);
         if !{ violations }.any(is_new) {
             return Ok(());
         }
@@ -1051,7 +1075,7 @@ fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     });
     ends(a) == ends(b) && times_s == is_there(b) && { times_s.iter().copied() }.all(|t_s| {
         match (places(a, t_s), places(b, t_s)) {
-            (Some(a), Some(b)) => (a - b).norm() < SAME_S,
+            (Some(a), Some(b)) => (a - b).norm() < SAME_M,
             _ => false,
         }
     })

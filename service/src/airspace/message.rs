@@ -40,8 +40,6 @@ pub enum Says {
     Settle(Settled),
     /// What has happened to the sender's drones, and is flown already.
     Fact(Fact),
-    /// A drone that hovers, or will, in the strip that both worlds share, for the receiver to take.
-    Offer(Offer),
 }
 
 /// A planner's drones that may matter to a neighbour.
@@ -61,6 +59,9 @@ pub struct Border {
     pub heard: u64,
     /// What comes near the receiver's world, or was taken from it.
     pub drones: Vec<DronePlan>,
+    /// Drones that hover, or will, in the strip that both worlds share, for the receiver to take:
+    /// all of them, until they are taken or withdrawn.
+    pub offers: Vec<Offer>,
 }
 
 /// What is to be flown.

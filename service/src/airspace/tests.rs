@@ -83,9 +83,7 @@ impl Run {
         );
         let now_s = self.now_s;
         let found = planner::verify(&plan).violations;
-        let ahead = found
-            .iter()
-            .filter(|it| it.until_s.is_none_or(|until_s| until_s >= now_s));
+        let ahead = found.iter().filter(|it| it.matters_from(now_s));
         let ahead: Vec<String> = ahead.map(ToString::to_string).collect();
         assert!(ahead.is_empty(), "at {now_s:.1} s: {ahead:#?}");
     }
@@ -297,7 +295,7 @@ fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
     let before = area.plan().clone();
     let mut wrong = |says: Says, words: &str| {
         area.hear(now_s, &say(says));
-        let (_, what) = area.counts().contradictions.last().expect(words);
+        let (_, what) = area.counts().contradictions.back().expect(words);
         assert!(what.contains(words), "{what}");
         assert_eq!(*area.plan(), before, "{words}");
     };
@@ -328,12 +326,13 @@ fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
     };
     area_is_silent_on(&mut run, &say(Says::Vote(vote)));
     // An offer of what is not there is passed over.
-    let offer = Offer {
+    let mut offering = run.planners["a1-0"].area.border("a0-0", now_s);
+    offering.offers.push(Offer {
         drone: "ghost".to_owned(),
         tasks: Vec::new(),
         at_end: AtEnd::Hover,
-    };
-    area_is_silent_on(&mut run, &say(Says::Offer(offer)));
+    });
+    area_is_silent_on(&mut run, &say(Says::Border(offering)));
 }
 
 fn area_is_silent_on(run: &mut Run, message: &Message) {

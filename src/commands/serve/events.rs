@@ -110,6 +110,7 @@ impl Events {
             _ => {}
         }
         let (sender, receiver) = channel(MOST_BEHIND);
+        inner.listeners.retain(|it| !it.is_closed());
         if !inner.is_over {
             inner.listeners.push(sender);
         }

@@ -352,9 +352,7 @@ impl Life {
         let plan = self.plan();
         let found = planner::verify(&plan).violations;
         let at_s = self.at_s;
-        let ahead = found
-            .into_iter()
-            .filter(|it| it.until_s.is_none_or(|until_s| until_s >= at_s));
+        let ahead = found.into_iter().filter(|it| it.matters_from(at_s));
         let ahead = ahead.map(|it| it.to_string());
         let ahead: Vec<String> = ahead.filter(|it| !tally.is_unavoidable(it)).collect();
         let mut off_m: f64 = 0.0;

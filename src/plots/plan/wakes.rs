@@ -1,6 +1,7 @@
 //! Where drones hover, the wakes below them (near-field column, half-width cone), and the moment of
 //! the worst air.
 
+use airflow::Flown;
 use nalgebra::Point3;
 use planner::plan::{DronePlan, Plan};
 use planner::{Outline, WakeOutlines};
@@ -60,6 +61,8 @@ pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment<'_>> {
     let drones = plan.drones.iter();
     let exposed = drones
         .filter(|drone| drone.worst_air_mps >= LEAST_AIR_MPS && drone.worst_air_at_s.is_some());
+    let flown = plan.flown();
+    let alpha = |it: &DronePlan| alpha(&flown, it);
     let drone = exposed.reduce(|a, b| if alpha(b) > alpha(a) { b } else { a })?;
     let at_s = drone.worst_air_at_s?;
     let is_source = |other: &&DronePlan| Some(&other.name) == drone.worst_air_from.as_ref();
@@ -79,8 +82,9 @@ pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment<'_>> {
 }
 
 /// Air over the drone's own induced velocity at its worst moment.
-pub(super) fn alpha(drone: &DronePlan) -> f64 {
-    drone.worst_air_mps / drone.airframe.hover_induced_velocity_mps
+pub(super) fn alpha(flown: &Flown, drone: &DronePlan) -> f64 {
+    let u_h_mps = drone.airframe.hover_induced_velocity_mps;
+    flown.alpha(drone.worst_air_mps, u_h_mps)
 }
 
 /// A gradient from above to below, by opacity.

@@ -277,6 +277,7 @@ pub(super) fn any_world() -> impl Strategy<Value = World> {
                 mended(world)
             },
         )
+        .prop_filter("no drone is left", |world| !world.drones.is_empty())
 }
 
 /// Where a body rests straight below a place: on the highest top under it, or on the floor.

@@ -191,10 +191,8 @@ pub(crate) fn exceeds(
 
 /// Mean air over its discs above which a drone is over its limit in a window (m/s).
 fn limit_mps(scene: &Scene<'_>, receiver: &Flight, window: &Window<'_>) -> f64 {
-    let u_h_mps = window.induced_velocity_mps;
-    let gain = scene.flown.receiver_gain;
-    let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / gain);
-    most_mps - scene.flown.return_flow_mps
+    let most = receiver.air_limit + ALPHA_TOLERANCE;
+    scene.flown.mean_mps(most, window.induced_velocity_mps)
 }
 
 /// The windows with a wake in them that lie within a span, as far as they do: how much air there
@@ -302,11 +300,10 @@ fn over_limit(
             continue;
         };
         let window = &windows[at.window];
-        let air_mps = at.mean_mps + flown.return_flow_mps;
         let worst = Worst {
             with: strongest(scene, windows, at),
             position_m: window.place_m(at.t_s),
-            value: air_mps * flown.receiver_gain / window.induced_velocity_mps,
+            value: flown.alpha(at.mean_mps, window.induced_velocity_mps),
             limit: receiver.air_limit,
         };
         found.push(scene.violation(receiver, ViolationKind::Air, span_s, worst));

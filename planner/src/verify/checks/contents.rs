@@ -37,8 +37,9 @@ const SUPPORT_M: f64 = 0.05;
 const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
 const TRACKING_M: RangeInclusive<f64> = 0.0..=10.0;
 
-/// What flies farther than this from the bounds is told, and not judged (m): chosen here.
-const AROUND_M: f64 = 100.0;
+/// What flies farther than this from the bounds is told, and not judged (m): as far as bounds may
+/// extend, so that drones of any neighbouring area are.
+const AROUND_M: f64 = 20_000.0;
 
 /// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
 /// here, and narrow enough for what is worked out from it to be finite.

@@ -15,6 +15,9 @@
 //! forms of both motions together ([`Shifted`]), so that hovering, or flying side by side, costs no
 //! more than without a margin.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use airflow::{Source, mean_over_discs_mps};
 use nalgebra::{Point3, Vector2, Vector3};
 
@@ -344,14 +347,12 @@ pub(super) fn slices<'a>(
 impl<'a> Exposed<'a> {
     /// Mean air (m/s) of which the part that counts is so much over the induced velocity.
     fn mean_mps(&self, alpha: f64) -> f64 {
-        let flown = &self.scene.flown;
-        alpha * (self.u_h_mps / flown.receiver_gain) - flown.return_flow_mps
+        self.scene.flown.mean_mps(alpha, self.u_h_mps)
     }
 
     /// Mean air over the induced velocity (m/s of it), backwards.
     fn alpha(&self, mean_mps: f64) -> f64 {
-        let flown = &self.scene.flown;
-        (mean_mps + flown.return_flow_mps) * flown.receiver_gain / self.u_h_mps
+        self.scene.flown.alpha(mean_mps, self.u_h_mps)
     }
 
     /// The moment of the highest mean air in a part, to [`TOLD_ALPHA`] and a few percent of it, as
@@ -416,26 +417,35 @@ impl<'a> Exposed<'a> {
     pub(super) fn least_shift_s(&self, whole: Part, below_s: f64, fine_s: f64) -> Option<f64> {
         let mut least_s = below_s;
         let low_s = |part: &Part| part.shifts_s[0].0.max(-part.shifts_s[0].1).max(0.0);
-        let mut open = vec![whole];
+        // Those of the least shift have their turn first, of equals the last: what is not decided in
+        // the end lies beyond as many shifts as can be.
+        let mut parts = vec![Some(whole)];
+        let mut open = BinaryHeap::from([(Reverse(0), 0)]);
         for _ in 0..MOST_PARTS {
-            let Some(part) = open.pop() else {
+            let part = open
+                .pop()
+                .and_then(|(_, index): (_, usize)| parts[index].take());
+            let Some(part) = part.filter(|it| low_s(it) <= least_s - fine_s) else {
                 return (least_s < below_s).then_some(least_s);
             };
-            if low_s(&part) > least_s - fine_s {
-                continue;
-            }
-            match self.judge(part, None) {
-                Verdict::Clear => {}
-                Verdict::Open(halves) => open.extend(halves),
+            let halves = match self.judge(part, None) {
+                Verdict::Clear => None,
+                Verdict::Open(halves) => Some(halves),
                 Verdict::Over(moment, halves) => {
                     let shift_s = moment.shifts_s.first().copied().flatten();
                     least_s = least_s.min(shift_s.map_or(0.0, f64::abs));
-                    open.extend(halves.into_iter().flatten());
+                    halves
                 }
+            };
+            for half in halves.into_iter().flatten() {
+                // Shifts are not negative: their bits are in their order.
+                open.push((Reverse(low_s(&half).to_bits()), parts.len()));
+                parts.push(Some(half));
             }
         }
         // Not decided: the least that may be.
-        let least_s = open.iter().map(low_s).fold(least_s, f64::min);
+        let least_open_s = open.peek().map_or(least_s, |it| f64::from_bits(it.0.0));
+        let least_s = least_s.min(least_open_s);
         (least_s < below_s).then_some(least_s)
     }
 

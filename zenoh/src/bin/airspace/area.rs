@@ -135,8 +135,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Broken> {
         taken: counts.taken,
         votes: counts.votes,
         gave_way: counts.gave_way,
-        agreed_in_s: counts.agreed_in_s.clone(),
-        contradictions: counts.contradictions.clone(),
+        agreed_in_s: counts.agreed_in_s.iter().copied().collect(),
+        contradictions: counts.contradictions.iter().cloned().collect(),
         refused: refused.collect(),
         messages: link.sent(),
     };

@@ -220,7 +220,7 @@ fn judged(
             ..rules.clone()
         };
         let violations = planner::verify(&plan).violations.into_iter();
-        let ahead = violations.filter(|it| it.until_s.is_none_or(|until_s| until_s >= at_s));
+        let ahead = violations.filter(|it| it.matters_from(at_s));
         found
             .violations
             .extend(ahead.map(|it| format!("at {at_s:.1} s: {it}")));
