@@ -111,6 +111,21 @@ fn starts_in_body_column_and_wake_are_told_apart_and_mended() {
 }
 
 #[test]
+fn all_that_is_advised_can_be_done_together() {
+    let mut broken = pair([0.0; 3]);
+    let third = Drone {
+        name: "third".to_owned(),
+        ..broken.drones[1].clone()
+    };
+    broken.drones.push(third);
+    for conflict in check(&broken) {
+        let fix_m = conflict.nearest_fix_m.expect("a free place near");
+        broken.drones[conflict.drone].start_m = fix_m;
+    }
+    assert!(check(&broken).is_empty());
+}
+
+#[test]
 fn landed_starts_have_no_wake_and_no_limit() {
     let mut below = pair([0.2, 0.0, -3.0]);
     below.drones[1].at_start = AtStart::Landed;

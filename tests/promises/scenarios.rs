@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use planner::plan::{DronePlan, Plan, Status, ViolationKind};
 use planner::scenario::world::{AtEnd, AtStart, World};
-use planner::verify::verify;
+use planner::verify::{lateness, verify};
 use planner::{Control, Files};
 
 /// The verifier's arithmetic and the file agree far below the digits that are printed.
@@ -278,6 +278,18 @@ fn drones_that_hover_where_others_are_parked_are_passed_elsewhere() {
     assert_eq!((plan.unplanned.len(), plan.violations.len()), (0, 0));
     let flown = |plan: &Plan| plan.drones.last().unwrap().trajectory.clone();
     assert_ne!(flown(&plan), flown(&over));
+}
+
+#[test]
+fn drones_whose_margin_of_time_is_kept_may_be_late_by_as_much() {
+    for name in ["draughty-hall", "window"] {
+        let plan = shipped_plan(name);
+        for (drone, late) in plan.drones.iter().zip(lateness::of_all(plan)) {
+            let late_s = late.expect("it can be judged").late_s;
+            let least_s = plan.margins.time_s - lateness::FINE_S;
+            assert!(late_s >= least_s, "{name}: {} {late_s} s", drone.name);
+        }
+    }
 }
 
 #[test]

@@ -46,6 +46,10 @@ pub(crate) struct Agent {
     pub(crate) alone_m: f64,
 }
 
+/// Paths along a lattice of 26 neighbours are up to 1.13 times as long as straight ones,
+/// `√(1 + (√2-1)² + (√3-√2)²)`; rounded up.
+const LATTICE_DETOUR: f64 = 1.15;
+
 /// A task on the roadmap.
 #[derive(Clone, Debug)]
 pub(crate) struct Waypoint {
@@ -299,6 +303,30 @@ impl Agent {
     /// Whether it has to be somewhere at a time of the plan.
     pub(crate) fn is_timed(&self) -> bool {
         self.waypoints.iter().any(Waypoint::is_timed)
+    }
+
+    /// The first waypoint that it reaches too late with no other drone there, however straight it
+    /// flies: its index, and when it is there along the lattice.
+    pub(crate) fn comes_late(&self, roadmap: &Roadmap) -> Option<(usize, Tick)> {
+        let (mut from, mut at) = (self.start, self.departs);
+        let moves = |first: &Waypoint| first.distances.goal() != self.start;
+        if self.begun.is_empty() && self.waypoints.first().is_some_and(moves) {
+            at = at.after(self.lead_ticks());
+        }
+        for (index, waypoint) in self.waypoints.iter().enumerate() {
+            let ticks = waypoint.distances.ticks(roadmap, from);
+            if ticks == UNREACHABLE {
+                return None;
+            }
+            let straight = (f64::from(ticks) / LATTICE_DETOUR) as u32;
+            if at.after(straight) > waypoint.due {
+                return Some((index, at.after(ticks)));
+            }
+            at = at.after(straight.saturating_add(waypoint.dwell_ticks));
+            at = at.max(waypoint.until);
+            from = waypoint.distances.goal();
+        }
+        None
     }
 
     /// Works out how long its path is with no other drone there, in time and in metres.

@@ -14,6 +14,15 @@ use super::UnplannedCause;
 pub enum FailureCause {
     /// The roadmap has no path through free space to one of its tasks; where that is known, which.
     NoPath(Option<MissingPath>),
+    /// It cannot be at one of its tasks in time, with no other drone there.
+    TooLate {
+        /// Which task, counted from 1.
+        task: usize,
+        /// When it is there at the earliest (s).
+        at_s: f64,
+        /// When it is due (s), where that is known.
+        due_s: Option<f64>,
+    },
     /// Its goal and another's, or a zone, exclude one another; where that is known, how.
     GoalConflict(Option<GoalConflict>),
     /// The descent from its last task is too narrow.
@@ -50,6 +59,10 @@ impl FailureCause {
             FailureCause::NoPath(path) => UnplannedCause {
                 at_m: path.as_ref().map(|path| path.to_m),
                 ..bare("no_path")
+            },
+            FailureCause::TooLate { at_s, .. } => UnplannedCause {
+                at_s: Some(*at_s),
+                ..bare("too_late")
             },
             FailureCause::GoalConflict(conflict) => UnplannedCause {
                 blocker: conflict.as_ref().map(|it| match it.drone == drone {
@@ -119,7 +132,7 @@ impl Extent {
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[error(
     "no path through free space from {} to task {task} at {} for a body of {body_radius_m:.2} m radius with \
-     {clearance_m:.2} m clearance ({extent}); widen the gap, or fly a smaller airframe",
+     {clearance_m:.2} m clearance ({extent}); {closed_by}",
     place(from_m),
     place(to_m)
 )]
@@ -136,6 +149,41 @@ pub struct MissingPath {
     pub clearance_m: f64,
     /// How far it was looked for.
     pub extent: Extent,
+    /// What closes the way.
+    pub closed_by: ClosedBy,
+}
+
+/// What closes the way to a task.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClosedBy {
+    /// Zones that keep bodies out: without them there is a way.
+    Zones(Vec<String>),
+    /// Solids, for a body of any size.
+    Solids,
+    /// A gap that is too narrow, or what was not found out.
+    Gap,
+}
+
+impl fmt::Display for ClosedBy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ClosedBy::Zones(names) => {
+                let names: Vec<String> = names.iter().map(|it| format!("`{it}`")).collect();
+                let (zones, keep) = match names.len() {
+                    1 => ("zone", "keeps"),
+                    _ => ("zones", "keep"),
+                };
+                write!(
+                    f,
+                    "{zones} {} {keep} bodies out of the only way: make room beside or above",
+                    names.join(" and ")
+                )
+            }
+            ClosedBy::Solids => f.write_str("no body of any size fits through: open a way"),
+            ClosedBy::Gap => f.write_str("widen the gap, or fly a smaller airframe"),
+        }
+    }
 }
 
 /// Two goals, or a goal and a zone, that exclude one another.
@@ -321,6 +369,11 @@ fn place(point_m: &Point3<f64>) -> String {
     format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
 }
 
+/// A time (s) to the tenth, upwards.
+fn ceiled(time_s: f64) -> f64 {
+    (time_s * 10.0).ceil() / 10.0
+}
+
 impl fmt::Display for FailureCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -328,6 +381,12 @@ impl fmt::Display for FailureCause {
             FailureCause::NoPath(None) => f.write_str(
                 "there is no path through free space to one of its tasks that its body fits through",
             ),
+            FailureCause::TooLate { task, at_s, due_s } => {
+                write!(f, "with no other drone there it is at task {task} at {at_s:.2} s at the earliest")?;
+                due_s.map_or(Ok(()), |due_s| {
+                    write!(f, ", and it is due at {due_s} s: `during_s` from {:.1} s on, or a nearer task, will do", ceiled(*at_s))
+                })
+            }
             FailureCause::GoalConflict(Some(conflict)) => conflict.fmt(f),
             FailureCause::GoalConflict(None) => {
                 f.write_str("its end and another's exclude one another")

@@ -3,18 +3,20 @@
 
 use std::cell::RefCell;
 
-use costmap::leg::DroneId;
+use costmap::leg::{DroneId, Tick};
 use costmap::verdict::Why;
 use nalgebra::{Point3, Vector3};
 
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::passage::{Passage, passage};
 use crate::plan::cause::{
-    Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Moved,
-    Remedy,
+    ClosedBy, Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath,
+    Moved, Remedy,
 };
 use crate::plan::outcome::{Blocker, Control, Effort, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
-use crate::scenario::world::{AtEnd, PathMotion, World};
+use crate::scenario::solid::Solids;
+use crate::scenario::world::{AtEnd, PathMotion, World, Zone};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
 use crate::solver::endpoints::{self, Exclusions};
@@ -38,6 +40,9 @@ const MOST_FIXES: i32 = 8;
 const MOST_ASKED: usize = 24;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
 const HIGHEST_RAISE: f64 = 8.0;
+/// A body of this radius (m) is smaller than that of any drone: chosen here. Where it does not fit
+/// through, nothing does.
+const LEAST_BODY_M: f64 = 0.01;
 /// States of one plan that only shows whether something would help: chosen here, a quarter of a
 /// second of work.
 const MOST_EXPANSIONS: u64 = 12_000;
@@ -130,6 +135,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         drone: name(world, drone).to_owned(),
         cause: match why {
             FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
+            FailureKind::Late(task, at) => comes_late(world, drone, task, at),
             FailureKind::EndpointConflict => {
                 fixes_left -= 1;
                 let mut conflict = goal_conflict(world, endpoints, drone);
@@ -165,6 +171,16 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
     failures.collect()
 }
 
+/// A drone that cannot be at a task in time.
+fn comes_late(world: &World, drone: DroneId, task: usize, at: Tick) -> FailureCause {
+    let asked = world.drones[drone.0 as usize].tasks.get(task);
+    FailureCause::TooLate {
+        task: task + 1,
+        at_s: at.seconds(),
+        due_s: asked.and_then(|it| it.during_s).map(|[due_s, _]| due_s),
+    }
+}
+
 /// The cause as far as it is known without looking for a remedy.
 pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     let obstructed = |by: Option<Obstruction>| FailureCause::Obstructed {
@@ -174,6 +190,11 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     };
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
+        FailureKind::Late(task, at) => FailureCause::TooLate {
+            task: task + 1,
+            at_s: at.seconds(),
+            due_s: None,
+        },
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
         FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
             short_m,
@@ -269,15 +290,22 @@ impl Refusals<'_> {
             cell_m: world.planning.cell_m,
         };
         let typed = &world.drones[drone.0 as usize];
+        let from_m = job.roadmap.position_m(from(task));
+        let to_m = typed.tasks.get(task)?.to_m;
+        let radius_m = typed.vehicle.body_radius_m + world.planning.gap_to_solids_m();
         Some(MissingPath {
-            from_m: job.roadmap.position_m(from(task)),
+            from_m,
             task: task + 1,
-            to_m: typed.tasks.get(task)?.to_m,
+            to_m,
             body_radius_m: typed.vehicle.body_radius_m,
             clearance_m: world.planning.gap_to_solids_m(),
             extent: match closed {
                 Some(_) => Extent::Proven,
                 None => self.extent(drone).unwrap_or(own),
+            },
+            closed_by: match closed {
+                Some(_) => closed_by(world, radius_m, [from_m, to_m]),
+                None => ClosedBy::Gap,
             },
         })
     }
@@ -572,4 +600,34 @@ fn worst_exposure(plan: &Plan, report: &Report) -> Option<Exposure> {
 fn beside(name: &str, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f64) {
     let aside_m = (from_m.xy() - at_m.xy()).norm();
     (name.to_owned(), from_m.z - at_m.z, aside_m)
+}
+/// What closes the way between two places (m) that is closed for a ball (m).
+fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy {
+    let is_open = |zones: &[Zone], radius_m: f64| {
+        let among = World {
+            zones: zones.to_vec(),
+            ..world.clone()
+        };
+        let solids = Solids::of(&among);
+        matches!(
+            passage(&world.bounds_m, &solids, radius_m, ends_m),
+            Passage::Open(_)
+        )
+    };
+    if is_open(&[], radius_m) {
+        let closing = world.zones.iter().filter(|it| it.keep_out);
+        let (mut alone, closing): (Vec<Zone>, Vec<Zone>) = closing.cloned().partition(|it| {
+            let others = world.zones.iter().filter(|other| other.name != it.name);
+            is_open(&others.cloned().collect::<Vec<_>>(), radius_m)
+        });
+        // Where none of them does alone, all of them do together.
+        if alone.is_empty() {
+            alone = closing;
+        }
+        return ClosedBy::Zones(alone.into_iter().map(|it| it.name).collect());
+    }
+    match is_open(&world.zones, LEAST_BODY_M) {
+        true => ClosedBy::Gap,
+        false => ClosedBy::Solids,
+    }
 }

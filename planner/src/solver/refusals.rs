@@ -167,7 +167,10 @@ fn may_be_helped(job: &Job, (drone, why): &(DroneId, FailureKind)) -> bool {
     match why {
         FailureKind::NoPath | FailureKind::Zone(_) => !job.is_closed(*drone),
         FailureKind::Obstructed(_) => true,
-        FailureKind::EndpointConflict | FailureKind::Landing(_) | FailureKind::Stopped => false,
+        FailureKind::Late(..)
+        | FailureKind::EndpointConflict
+        | FailureKind::Landing(_)
+        | FailureKind::Stopped => false,
     }
 }
 

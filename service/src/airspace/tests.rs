@@ -268,6 +268,50 @@ fn what_has_happened_is_told_and_given_way_to() {
 }
 
 #[test]
+fn an_offer_is_said_with_every_border_until_it_is_withdrawn() {
+    let mut run = Run::new(
+        Grid {
+            areas: [2, 1],
+            drones: 3,
+            strip_m: 6,
+            ..SMALL
+        },
+        0,
+    );
+    run.run(3.0);
+    let now_s = run.now_s;
+    let area = &mut run.planners.get_mut("a0-0").unwrap().area;
+    let offers: Vec<Offer> = area
+        .own()
+        .map(|it| Offer {
+            drone: it.name.clone(),
+            tasks: Vec::new(),
+            at_end: AtEnd::Hover,
+        })
+        .collect();
+    let taken = offers
+        .into_iter()
+        .find(|it| area.offer("a1-0", it.clone()).is_ok());
+    let offer = taken.expect("one hovers in the strip");
+    for later_s in [0.0, 1.0, 2.0] {
+        let border = area.border("a1-0", now_s + later_s);
+        assert_eq!(border.offers, [offer.clone()]);
+    }
+    // What a journal keeps brings it back.
+    let mut again = area.clone();
+    let kept = area.take_records();
+    again.withdraw(&offer.drone);
+    for record in kept {
+        if matches!(record, super::Record::Offered { .. }) {
+            again.replay(record).unwrap();
+        }
+    }
+    assert!(again.is_offered(&offer.drone));
+    area.withdraw(&offer.drone);
+    assert_eq!(area.border("a1-0", now_s).offers, []);
+}
+
+#[test]
 fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
     let mut run = Run::new(
         Grid {

@@ -1,7 +1,7 @@
 //! A "no" is about the place, as far as it was looked at; and what is advised has been planned.
 
 use nalgebra::Point3;
-use planner::plan::cause::{Exclusion, Extent, Remedy};
+use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
 use planner::scenario::world::{Obstacle, Solid, Vehicle, World, Zone};
 use planner::{Control, FailureCause, Outcome, Planned, plan_world};
 
@@ -138,6 +138,68 @@ fn drones_fly_through_a_slit_that_no_lattice_has_and_a_slit_that_is_too_narrow_i
             assert_eq!(missing.extent, Extent::Proven);
         }
     }
+}
+
+#[test]
+fn what_closes_the_way_is_named() {
+    let alley = || {
+        room(
+            [12.0, 4.0, 3.0],
+            vec![drone("k", "kolibri", [1.0, 2.0, 1.5], [11.0, 2.0, 1.5])],
+        )
+    };
+    let closed_by = |world: &World| match &answered(world).failures[..] {
+        [failure] => match &failure.cause {
+            FailureCause::NoPath(Some(missing)) => missing.closed_by.clone(),
+            cause => panic!("{cause:?}"),
+        },
+        failures => panic!("{failures:?}"),
+    };
+    let zone = |name: &str, from_m: f64, to_m: f64| Zone {
+        name: name.to_owned(),
+        min_m: Point3::new(from_m, 0.0, 0.0),
+        max_m: Point3::new(to_m, 4.0, 3.0),
+        air_limit_mps: None,
+        keep_out: true,
+    };
+    let mut people = alley();
+    people.zones.push(zone("people", 5.0, 7.0));
+    let named = |names: &[&str]| ClosedBy::Zones(names.iter().map(|it| (*it).into()).collect());
+    assert_eq!(closed_by(&people), named(&["people"]));
+    // Each of two closes the way by itself.
+    people.zones.push(zone("more people", 8.0, 9.0));
+    assert_eq!(closed_by(&people), named(&["people", "more people"]));
+    let mut walled = alley();
+    walled
+        .obstacles
+        .push(block("wall", [5.0, 0.0, 0.0], [5.5, 4.0, 3.0]));
+    assert_eq!(closed_by(&walled), ClosedBy::Solids);
+    assert_eq!(closed_by_gap(), ClosedBy::Gap);
+}
+
+fn closed_by_gap() -> ClosedBy {
+    let failures = answered(&slit(1.713, 0.3)).failures;
+    let FailureCause::NoPath(Some(missing)) = &failures[0].cause else {
+        panic!("{failures:?}");
+    };
+    missing.closed_by.clone()
+}
+
+#[test]
+fn a_drone_that_cannot_be_there_in_time_is_told_when_it_is_and_then_planned() {
+    let mut world = room(
+        [12.0, 6.0, 3.0],
+        vec![drone("k", "kolibri", [1.0, 3.0, 1.0], [11.0, 3.0, 1.0])],
+    );
+    world.drones[0].tasks[0].during_s = Some([2.0, 4.0]);
+    let planned = answered(&world);
+    let FailureCause::TooLate { task, at_s, due_s } = planned.failures[0].cause else {
+        panic!("{:?}", planned.failures);
+    };
+    assert_eq!((task, due_s), (1, Some(2.0)));
+    world.drones[0].tasks[0].during_s = Some([(at_s * 10.0).ceil() / 10.0, 20.0]);
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:?}", planned.failures);
 }
 
 #[test]

@@ -372,10 +372,11 @@ const CHANGES: [Mutation; 58] = [
         let Some(air) = plan.get_mut("zone_air").map(|all| &mut all[0]) else {
             return;
         };
-        match draw.below(4) {
+        match draw.below(5) {
             0 => added(&mut air["worst_air_mps"], draw.share()),
             1 => added(&mut air["at_most_mps"], draw.share()),
-            2 => air["worst_air_from"] = json!("x"),
+            2 => scaled(&mut air["at_most_mps"], draw.share()),
+            3 => air["worst_air_from"] = json!("x"),
             _ => air["entered_by"] = json!(["x"]),
         }
     }),

@@ -70,6 +70,8 @@ pub(crate) struct Paths {
 pub(crate) enum FailureKind {
     /// The roadmap has no path through free space to one of its tasks.
     NoPath,
+    /// It cannot be at one of its tasks in time: which, counted from 0, and when it is there.
+    Late(usize, Tick),
     /// Its end excludes another drone's.
     EndpointConflict,
     /// What it would land on, or what is beside it, leaves too little room: how much is missing
@@ -560,6 +562,12 @@ impl<'a> Attempt<'a> {
             }
             if self.agents[drone.0 as usize].alone_ticks == UNREACHABLE {
                 self.leave_unplanned(drone, FailureKind::NoPath, queue);
+                continue;
+            }
+            let agent = &self.agents[drone.0 as usize];
+            let timed = Some(agent).filter(|it| it.is_timed());
+            if let Some((task, at)) = timed.and_then(|it| it.comes_late(self.roadmap)) {
+                self.leave_unplanned(drone, FailureKind::Late(task, at), queue);
                 continue;
             }
             batch.push(drone);

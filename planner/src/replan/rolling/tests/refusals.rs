@@ -302,3 +302,30 @@ fn a_world_or_a_plan_that_is_not_in_order_is_refused() {
         assert!(Running::new(world.clone(), spoilt).is_err());
     }
 }
+
+/// One that comes and finds no path leaves nothing behind, though its load made the costmap anew.
+#[test]
+fn a_drone_that_is_turned_away_is_in_the_way_of_none() {
+    let (world, plan) = planned(
+        r#"Scenario(name: "blind alley", bounds_m: (min: (0, 0, 0), max: (24, 1, 1)),
+          obstacles: [(name: "wall", shape: Box(min_m: (20, 0, 0), max_m: (20.5, 1, 1)))],
+          drones: [
+            (name: "b", airframe: "kolibri", start_m: (2.5, 0.5, 0.5), tasks: [(to_m: (3.5, 0.5, 0.5))]),
+          ])"#,
+    );
+    let mut running = Running::new(world.clone(), plan).expect("its plan");
+    let beyond = Task {
+        load_kg: Some(0.05),
+        ..task(22.5, 0.5, 0.5)
+    };
+    let comes = another(&world, "x", [12.5, 0.5, 0.5], beyond);
+    let on = retasked("b", vec![task(18.5, 0.5, 0.5)]);
+    let told = running
+        .replan(10.0, &[comes, on], &Control::QUIET)
+        .expect("in order");
+    let refused: Vec<&str> = told.refused.iter().map(|it| &it.name[..]).collect();
+    assert_eq!(refused, ["x"], "{told:#?}");
+    sound(&running);
+    let flown = &find(running.plan(), "b").trajectory.position_m;
+    assert!(flown.last().is_some_and(|it| it.x > 18.0), "{flown:?}");
+}
