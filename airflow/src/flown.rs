@@ -121,7 +121,7 @@ impl Flown {
         }
     }
 
-    /// Air over a drone's discs as its limit counts it: their mean (m/s) and the return flow, as the
+    /// Air over a drone's discs as its limit counts it: the mean (m/s) and the return flow, as the
     /// receiver feels them, over its induced velocity (m/s).
     #[must_use]
     pub fn alpha(&self, mean_mps: f64, induced_velocity_mps: f64) -> f64 {

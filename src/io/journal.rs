@@ -81,8 +81,8 @@ impl Journal {
             .map_err(Failure::write(&self.path))
     }
 
-    /// The same journal with these lines alone, which are on the disk when this returns. Whoever
-    /// opens it at any time, or after a kill, finds it as it was or as it is to be.
+    /// The same journal with these lines alone, which are on the disk when this returns. A
+    /// process that opens it at any time, or after a kill, finds it as it was or as it is to be.
     pub(crate) fn rewritten(self, lines: &[String]) -> Result<Journal, Failure> {
         let path = self.path.clone();
         let wrote = || -> io::Result<File> {
@@ -91,7 +91,7 @@ impl Journal {
                 .permissions(self.file.metadata()?.permissions())
                 .append(true)
                 .tempfile_in(folder_of(&path))?;
-            // Before it has the name: nobody finds it unlocked.
+            // Before it has the name: no process finds it unlocked.
             new.as_file().try_lock()?;
             for line in lines {
                 writeln!(new, "{line}")?;

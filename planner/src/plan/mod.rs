@@ -643,8 +643,8 @@ pub struct Unplanned {
 /// Why a drone could not be planned, for programs and pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UnplannedCause {
-    /// `no_path`, `too_late`, `goal_conflict`, `no_room_to_land`, `stopped`, or what obstructs it: `zone`,
-    /// `body`, `column`, `downwash`, `own_downwash`, `zone_together`, `eviction_limit`.
+    /// `no_path`, `too_late`, `goal_conflict`, `no_room_to_land`, `stopped`, or what obstructs it:
+    /// `zone`, `body`, `column`, `downwash`, `own_downwash`, `zone_together`, `eviction_limit`.
     pub kind: String,
     /// The name of the drone or zone in the way.
     pub blocker: Option<String>,

@@ -1,4 +1,5 @@
-//! What has happened to the plan, for all that listen: nobody who does not read holds others up.
+//! What has happened to the plan, for all that listen: a client that does not read holds up no
+//! other.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -229,7 +230,7 @@ mod tests {
         let bytes: usize = inner.kept.iter().map(|(_, it)| it.len()).sum();
         assert_eq!((inner.kept.len(), inner.bytes), (MOST_EVENTS, bytes));
         drop(inner);
-        // Of the first nobody knows any more what came after it.
+        // What came after the first is not known any more.
         let feed = events.listen(Some("0-00000000"));
         assert!(feed.ahead[1].ends_with(b"event: ask_plan\ndata: {\"revision\":null}\n\n"));
     }

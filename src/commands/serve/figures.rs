@@ -10,7 +10,8 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::registry::Registry;
 
-/// Upper ends of the histogram of patches (s): from what one drone takes to what nobody waits for.
+/// Upper ends of the histogram of patches (s): from what one drone takes to what no client waits
+/// for.
 const PATCH_S: [f64; 12] = [
     0.003, 0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0,
 ];

@@ -205,7 +205,7 @@ fn token_of(path: &Path) -> Result<[u8; 32], Failure> {
     Ok(Sha256::digest(token).into())
 }
 
-/// Answers one request after the other, until there is nobody left who could ask.
+/// Answers one request after the other, until there is no connection left that could ask.
 fn work(
     mut desk: Desk,
     queue: &mpsc::Receiver<Job>,
@@ -218,7 +218,7 @@ fn work(
     };
     tell(&desk);
     for job in queue {
-        // Nobody would read the answer.
+        // No client would read the answer.
         if job.reply.is_closed() {
             continue;
         }
@@ -305,7 +305,7 @@ async fn accept(
     let until = tokio::time::Instant::now() + GRACE;
     let _ = timeout_at(until, async { while all.join_next().await.is_some() {} }).await;
     all.shutdown().await;
-    // The desk has ended once nobody can ask it any more.
+    // The desk has ended once no connection can ask it any more.
     drop(office);
     let _ = timeout_at(until, ended).await;
     Ok(())
@@ -444,7 +444,7 @@ impl Office {
         let kind = request.headers().get(CONTENT_TYPE);
         let kind = kind.and_then(|it| it.to_str().ok()).unwrap_or_default();
         let kind = kind.split(';').next().unwrap_or_default().trim();
-        // Pages in browsers cannot say so without asking first, and nobody allows them to.
+        // Pages in browsers cannot say so without asking first, and no answer allows them to.
         if !kind.eq_ignore_ascii_case("application/json") {
             let what = "a request is sent with `Content-Type: application/json`";
             return Err(Refused::new(Code::MediaType, what));

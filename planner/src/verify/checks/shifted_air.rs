@@ -417,8 +417,8 @@ impl<'a> Exposed<'a> {
     pub(super) fn least_shift_s(&self, whole: Part, below_s: f64, fine_s: f64) -> Option<f64> {
         let mut least_s = below_s;
         let low_s = |part: &Part| part.shifts_s[0].0.max(-part.shifts_s[0].1).max(0.0);
-        // Those of the least shift have their turn first, of equals the last: what is not decided in
-        // the end lies beyond as many shifts as can be.
+        // Those of the least shift have their turn first, of equals the last: what is not decided
+        // in the end lies beyond as many shifts as can be.
         let mut parts = vec![Some(whole)];
         let mut open = BinaryHeap::from([(Reverse(0), 0)]);
         for _ in 0..MOST_PARTS {
