@@ -206,7 +206,9 @@ pub enum ExportError {
     #[error("{} of the drones cannot be exported", .0.len())]
     Refused(Vec<Refusal>),
     /// The format counts on the Earth.
-    #[error("this format lies on the Earth: say where with --georeference LAT,LON,AMSL,HEADING")]
+    #[error(
+        "this format lies on the Earth: say where with --georeference LAT,LON,AMSL,HEADING, or with `origin` in the scenario"
+    )]
     NoGeoreference,
     /// The format holds no times, and that was not said to do.
     #[error("missions hold no times: who flies them flies without the plan's separation; {0}")]
@@ -274,6 +276,13 @@ impl Written {
 ///
 /// Every drone that does not fit, by its limit; or files that are farther off than the plan bears.
 pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, ExportError> {
+    // Where it lies the scenario may have said.
+    let origin = plan.origin.as_ref();
+    let origin = origin.and_then(|it| Georeference::of(it).ok());
+    let options = &Options {
+        georeference: options.georeference.or(origin),
+        ..options.clone()
+    };
     let courses = course::of_all(plan).map_err(|wrong| {
         let refusal = |(drone, error): (String, course::CourseError)| Refusal {
             drone,
@@ -453,7 +462,7 @@ fn write_setpoints(courses: &[Course], stems: &[String], options: &Options) -> W
         }]);
     }
     if options.georeference.is_none() {
-        let what = "no --georeference: +x is taken to point east, +y north";
+        let what = "no --georeference, and no `origin` in the scenario: +x is taken to point east, +y north";
         written.lost.push(what.to_owned());
     }
     written
@@ -597,7 +606,7 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
         )),
     }
     if options.georeference.is_none() {
-        lost("no --georeference: the show is an indoor one");
+        lost("no --georeference, and no `origin` in the scenario: the show is an indoor one");
     }
     if courses.iter().any(|it| !it.lands) {
         lost(

@@ -1,6 +1,7 @@
 //! Which axes a file has, and where the world's lie in them.
 
 use nalgebra::{Point3, Vector3};
+use planner::plan::Origin;
 
 /// Heading of the world's +x where none is given (deg, clockwise from north): x points east and y
 /// north, so that the world is its own ENU frame (REP 103's convention).
@@ -128,6 +129,20 @@ impl Georeference {
             altitude_m,
             heading_deg,
         })
+    }
+
+    /// Of a plan whose scenario says where it lies.
+    ///
+    /// # Errors
+    ///
+    /// As [`Georeference::new`].
+    pub fn of(origin: &Origin) -> Result<Georeference, String> {
+        Georeference::new([
+            origin.latitude_deg,
+            origin.longitude_deg,
+            origin.altitude_m,
+            origin.heading_deg,
+        ])
     }
 
     /// Radii of curvature at the origin's height: along the meridian, and across it (m).

@@ -130,7 +130,11 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
             format!(", {stay} at the start")
         }
     };
+    let mut violated = plan.violations.iter();
     let differ = match found.differences.len() {
+        0 if violated.any(|it| it.kind == ViolationKind::Malformed) => {
+            ", figures not compared: the plan contradicts itself".to_owned()
+        }
         0 => String::new(),
         some => format!(", {}", count(some, "figure differs", "figures differ")),
     };

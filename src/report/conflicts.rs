@@ -4,7 +4,7 @@
 use nalgebra::Point3;
 use planner::plan::cause::Exclusion;
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
-use planner::scenario::world::{Drone, World};
+use planner::scenario::world::{AtEnd, Drone, World};
 use serde::Serialize;
 
 use crate::report::words::{decimal, place};
@@ -55,9 +55,14 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         }
         Blocker::Zone(index) => (world.zones[index].name.clone(), None),
     };
-    let are_starts = conflict.when == EndpointKind::Starts;
-    let verb = if are_starts { "starts" } else { "ends" };
-    let at = format!("{name} {}", place(&here));
+    let lands = conflict.when == EndpointKind::Goals && drone.at_end == AtEnd::Land;
+    let verb = match (conflict.when, lands) {
+        (EndpointKind::Starts, _) => "starts",
+        (EndpointKind::Goals, true) => "lands",
+        (EndpointKind::Goals, false) => "ends",
+    };
+    let landed = if lands { ", landed below" } else { "" };
+    let at = format!("{name}{landed} {}", place(&here));
     let below = there
         .map(|there| offset(&here, &there, &with))
         .unwrap_or_default();
@@ -91,7 +96,10 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
             ),
         ),
         Exclusion::Zone { air_mps, limit_mps } => (
-            format!("`{name}` {verb} above zone `{with}`"),
+            match is_inside(conflict.blocker, &here, world) {
+                true => format!("`{name}` {verb} in zone `{with}`"),
+                false => format!("`{name}` {verb} above zone `{with}`"),
+            },
             format!(
                 "{at}: its downwash there reaches {air_mps:.1} m/s, the limit is {limit_mps:.1} m/s"
             ),
@@ -127,6 +135,15 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         help,
         nearest_fix_m: conflict.nearest_fix_m,
     }
+}
+
+/// Whether a place (m) is within what excludes it, where that is a zone.
+fn is_inside(blocker: Blocker, at_m: &Point3<f64>, world: &World) -> bool {
+    let Blocker::Zone(index) = blocker else {
+        return false;
+    };
+    let zone = &world.zones[index];
+    (0..3).all(|k| (zone.min_m[k]..=zone.max_m[k]).contains(&at_m[k]))
 }
 
 fn endpoint_m(drone: &Drone, when: EndpointKind) -> Point3<f64> {

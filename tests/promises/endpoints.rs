@@ -46,6 +46,7 @@ fn world(drones: Vec<Drone>) -> World {
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,
+        origin: None,
         notes: Vec::new(),
         planning: Planning {
             motion: planner::scenario::world::PathMotion::Straight,

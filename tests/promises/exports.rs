@@ -74,6 +74,31 @@ fn assert_near(said: [f64; 3], expected: [f64; 3], within: f64, what: &str) {
 }
 
 #[test]
+fn where_a_scenario_lies_its_exports_lie() {
+    let mut lies = plan();
+    lies["origin"] = json!({
+        "latitude_deg": 47.4, "longitude_deg": 8.5, "altitude_m": 488.0, "heading_deg": 30.0
+    });
+    let (told, stated) = (desk(&plan()), desk(&lies));
+    let at = " --georeference 47.4,8.5,488,30";
+    for (to, file) in [("setpoints", "smooth.csv"), ("czml", "plan.czml")] {
+        let line = format!("export plan.json --to {to} --out o-{to}");
+        let (code, _, errors) = run(told.path(), &format!("{line}{at}"));
+        assert_eq!(code, Some(0), "{errors}");
+        let (code, said, errors) = run(stated.path(), &line);
+        assert_eq!(code, Some(0), "{errors}");
+        assert!(!said.contains("no --georeference"), "{said}");
+        let [one, other] = [&told, &stated].map(|it| {
+            let text = fs::read_to_string(it.path().join(format!("o-{to}/{file}"))).unwrap();
+            // The id of the plan is of all its bytes.
+            let lines = text.lines().filter(|line| !line.contains("plan"));
+            lines.map(str::to_owned).collect::<Vec<_>>()
+        });
+        assert_eq!(one, other, "{to}");
+    }
+}
+
+#[test]
 fn setpoints_are_the_plan_in_ned_and_in_enu_with_velocity_and_acceleration() {
     let desk = desk(&plan());
     let folder = desk.path();

@@ -164,7 +164,7 @@ fn a_wait_is_explained_by_what_would_break_without_it() {
     let told: Value = serde_json::from_str(&told).unwrap();
     assert_eq!(
         (&told["does"], &told["waits_for"]),
-        (&"wait".into(), &"first".into()),
+        (&"stop".into(), &"first".into()),
         "{told}"
     );
     assert_eq!(told["span_s"], serde_json::json!([2.0, 4.0]));
@@ -176,7 +176,7 @@ fn a_wait_is_explained_by_what_would_break_without_it() {
     assert_eq!(told["page"], "plan.html#t=3&drone=second");
     let (_, told, _) = run(folder, "explain plan.json --drone second --at 3");
     assert!(
-        told.contains("It waits for `first`") && told.contains("overlap by"),
+        told.contains("It dwells, or waits for `first`") && told.contains("overlap by"),
         "{told}"
     );
     let (_, told, _) = run(folder, "explain plan.json --drone second --at 5");

@@ -57,6 +57,9 @@ pub struct Plan {
     pub air: AirModel,
     /// Limits of every rotor-plane centre.
     pub bounds_m: Bounds,
+    /// Where (0, 0, 0) lies on the Earth, where the scenario says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// What no body may touch.
     #[serde(default)]
     pub obstacles: Vec<Obstacle>,
@@ -87,6 +90,20 @@ pub struct Plan {
     /// What the verifier found. A result.
     #[serde(default)]
     pub violations: Vec<Violation>,
+}
+
+/// Where the world lies on the Earth (WGS 84).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Of (0, 0, 0) (deg, north positive).
+    pub latitude_deg: f64,
+    /// Of (0, 0, 0) (deg, east positive).
+    pub longitude_deg: f64,
+    /// Height of (0, 0, 0) above mean sea level (m).
+    pub altitude_m: f64,
+    /// Heading of +x (deg, clockwise from north).
+    pub heading_deg: f64,
 }
 
 /// The air of one zone over the whole plan.

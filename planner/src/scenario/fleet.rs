@@ -272,6 +272,7 @@ impl Fleet {
         Written {
             name: name.to_owned(),
             bounds_m,
+            origin: None,
             air: self.air,
             obstacles: self.obstacles,
             zones: self.zones,

@@ -72,6 +72,14 @@ pub(super) const TIME_MARGIN_S: Limits = from(0.0, 30.0, "s");
 pub(super) const TRACKING_M: Limits = CLEARANCE_M;
 /// Coordinates: a site, in its own frame, not a map in UTM metres.
 pub(crate) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
+/// Up to where east has a meaning, as for exports.
+pub(super) const LATITUDE_DEG: Limits = from(-85.0, 85.0, "deg");
+/// All around.
+pub(super) const LONGITUDE_DEG: Limits = from(-180.0, 180.0, "deg");
+/// From below the Dead Sea to the top of Everest.
+pub(super) const ALTITUDE_M: Limits = from(-500.0, 9_000.0, "m");
+/// All around, either way.
+pub(super) const HEADING_DEG: Limits = from(-360.0, 360.0, "deg");
 /// Size of a solid.
 pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 /// A dwell of at most a day.

@@ -17,6 +17,7 @@ use super::limits::{BUSY_S, MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO, STOP_S};
 use super::mesh::mesh;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
+use crate::plan::Origin;
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
@@ -79,6 +80,12 @@ pub(super) fn world(
             min: written.bounds_m.min.value,
             max: written.bounds_m.max.value,
         },
+        origin: written.origin.map(|it| Origin {
+            latitude_deg: it.latitude_deg,
+            longitude_deg: it.longitude_deg,
+            altitude_m: it.altitude_m,
+            heading_deg: it.heading_deg,
+        }),
         air,
         jet: jet.unwrap_or_default(),
         superposition: (airflow::Flown::of(&effects).ok())

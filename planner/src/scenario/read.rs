@@ -11,14 +11,14 @@ use super::cell::LARGEST_M as LARGEST_CELL_M;
 use super::fields::{Field, Reader, whole, within};
 use super::formations::formation;
 use super::limits::{
-    AIR_LIMIT, CELL_M, CLEARANCE_M, CONVECTION, DURING_S, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
-    MOST_LATTICE_PLACES, PLACE_M, PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M,
-    lattice_places,
+    AIR_LIMIT, ALTITUDE_M, CELL_M, CLEARANCE_M, CONVECTION, DURING_S, DWELL_S, ENERGY_WEIGHT,
+    HEADING_DEG, LATITUDE_DEG, LOAD_KG, LONGITUDE_DEG, Limits, MOST_LATTICE_PLACES, PLACE_M,
+    PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, lattice_places,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line};
-use super::written::{Air, At, Bounds, Drone, Planning, Task, Written};
+use super::written::{Air, At, Bounds, Drone, Origin, Planning, Task, Written};
 use crate::scenario::world::{AtEnd, AtStart, PathMotion};
 
 /// What could be read, and what was wrong.
@@ -57,6 +57,7 @@ fn scenario<'t>(
     let mut record = reader.record(value, "Scenario", "the scenario".to_owned())?;
     let name = record.required(reader, "name", Reader::name);
     let bounds_m = record.required(reader, "bounds_m", bounds);
+    let origin = record.optional(reader, "origin", origin);
     let air = record.optional(reader, "air", air);
     let obstacles = record.optional(reader, "obstacles", |reader, field| {
         Some(reader.list(field, obstacle))
@@ -88,6 +89,7 @@ fn scenario<'t>(
             min: anywhere(PLACE_M.low),
             max: anywhere(PLACE_M.high),
         }),
+        origin,
         air: air.unwrap_or_default(),
         obstacles: obstacles.unwrap_or_default(),
         zones: zones.unwrap_or_default(),
@@ -95,6 +97,25 @@ fn scenario<'t>(
         drones: drones.unwrap_or_default(),
         formations: formations.unwrap_or_default(),
         planning,
+    })
+}
+
+/// Where the world lies on the Earth.
+fn origin<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Origin> {
+    let mut record = reader.record(field.value, "Origin", "`origin`".to_owned())?;
+    let mut number = |name: &'static str, limits: &'static Limits| {
+        record.required(reader, name, |reader, field| reader.number(field, limits))
+    };
+    let latitude_deg = number("latitude_deg", &LATITUDE_DEG);
+    let longitude_deg = number("longitude_deg", &LONGITUDE_DEG);
+    let altitude_m = number("altitude_m", &ALTITUDE_M);
+    let heading_deg = number("heading_deg", &HEADING_DEG);
+    record.close(reader);
+    Some(Origin {
+        latitude_deg: latitude_deg?,
+        longitude_deg: longitude_deg?,
+        altitude_m: altitude_m?,
+        heading_deg: heading_deg?,
     })
 }
 

@@ -14,7 +14,7 @@ use crate::plan::{
     AirDelay, AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status, TrajectoryEntry,
 };
 
-pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
+pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Origin, Solid, Zone};
 
 /// Highest vertical speed next to where a drone stands (m/s): chosen here, the landing speed that
 /// autopilots ship with lies between 0.5 and 0.7 (PX4 MPC_LAND_SPEED, ArduPilot LAND_SPEED).
@@ -30,6 +30,8 @@ pub struct World {
     pub name: String,
     /// Lowest and highest corner of the box that limits every rotor-plane centre (m).
     pub bounds_m: Bounds,
+    /// Where it lies on the Earth, where that is said.
+    pub origin: Option<Origin>,
     /// Temperature and pressure: one density for the whole world.
     pub air: Air,
     /// The constants of the merged jet.
@@ -282,6 +284,7 @@ impl World {
                 effects: (self.effects != Effects::default()).then_some(self.effects),
             },
             bounds_m: self.bounds_m,
+            origin: self.origin,
             obstacles: self.obstacles.clone(),
             zones: self.zones.clone(),
             clearance_m: self.planning.clearance_m,

@@ -11,10 +11,10 @@ use nalgebra::Point3;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::limits::{
-    AIR_LIMIT, BODY_RADIUS_M, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MASS_KG,
-    MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS, MOTOR_DISTANCE_M, PRESSURE_PA,
-    PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS,
-    WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
+    AIR_LIMIT, ALTITUDE_M, BODY_RADIUS_M, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, HEADING_DEG,
+    LATITUDE_DEG, LOAD_KG, LONGITUDE_DEG, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3,
+    MAX_SPEED_MPS, MOTOR_DISTANCE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C,
+    TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
 };
 use crate::plan::AIR_LIMIT_DEFAULT;
 pub(super) use crate::plan::MAX_SPEED_DEFAULT_MPS;
@@ -67,6 +67,10 @@ pub(super) struct Written {
     pub(super) name: String,
     /// The box that no rotor-plane centre leaves; its lower face is the floor, where wakes end.
     pub(super) bounds_m: Bounds,
+    /// Where (0, 0, 0) lies on the Earth, and where +x points: for exports that leave the local
+    /// frame.
+    #[schemars(default)]
+    pub(super) origin: Option<Origin>,
     /// Weather and flow model.
     #[schemars(default)]
     pub(super) air: Air,
@@ -146,6 +150,24 @@ pub(super) struct Bounds {
     /// Highest corner (m).
     #[schemars(with = "Coordinates")]
     pub(super) max: Place,
+}
+
+/// Where the world lies on the Earth (WGS 84).
+#[derive(Clone, Copy, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Origin {
+    /// Degrees, north positive.
+    #[schemars(range(min = LATITUDE_DEG.low, max = LATITUDE_DEG.high))]
+    pub(super) latitude_deg: f64,
+    /// Degrees, east positive.
+    #[schemars(range(min = LONGITUDE_DEG.low, max = LONGITUDE_DEG.high))]
+    pub(super) longitude_deg: f64,
+    /// Height above mean sea level (m).
+    #[schemars(range(min = ALTITUDE_M.low, max = ALTITUDE_M.high))]
+    pub(super) altitude_m: f64,
+    /// Heading of +x (degrees, clockwise from north).
+    #[schemars(range(min = HEADING_DEG.low, max = HEADING_DEG.high))]
+    pub(super) heading_deg: f64,
 }
 
 /// Weather and flow model.

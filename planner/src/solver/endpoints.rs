@@ -304,6 +304,11 @@ fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, advised: &[S
     } else {
         -TOUCH_M
     };
+    // No drone is told to hover with its body in the floor.
+    let floor_m = moved.nominal_m.z - bounds_m.min.z;
+    if moved.airborne && floor_m < moved.body_radius_m - SAME_PLACE_M {
+        return false;
+    }
     if !fits(&moved.nominal_m, clearance_m) || moved.lands && !fits(&moved.place_m, -TOUCH_M) {
         return false;
     }

@@ -124,6 +124,8 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     }
     let plan = &examined;
     let (scene, malformed) = contents::read(plan);
+    // What contradicts itself has no figures to compare.
+    let is_whole = malformed.is_empty();
     let report = super::report(plan, scene.as_ref(), malformed, (super::Asked::Spans, None));
     let asked = scene.as_ref().filter(|_| late);
     let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len()));
@@ -139,7 +141,9 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
         report: &report,
         judged_by,
     };
-    differences.gather();
+    if is_whole {
+        differences.gather();
+    }
     let differences = differences.list;
     let (unplanned, untold) = (examined.unplanned.clone(), report.untold);
     let mut plan = judged(examined, report, unplanned);

@@ -34,6 +34,7 @@ pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
             energy_weight: 1.0,
             ..Planning::default()
         },
+        origin: None,
         notes: Vec::new(),
     }
 }

@@ -175,6 +175,8 @@ fn numbers_out_of_range_are_pointed_at_with_their_range() {
         ("a convection that is not finite", with_fields("  air: (convection: (-0.6, inf)),\n")),
         ("one factor", with_fields("  air: (convection: 0.6),\n")),
         ("three factors", with_fields("  air: (convection: (0.6, 0.8, 1.0)),\n")),
+        ("nowhere on the Earth", with_fields("  origin: (latitude_deg: 91, longitude_deg: 8.55, altitude_m: 4880000, heading_deg: 30),\n")),
+        ("a place without a heading", with_fields("  origin: (latitude_deg: 47.4, longitude_deg: 8.55, altitude_m: 488),\n")),
         ("a seed too long", with_fields("  planning: (seed: 18446744073709551616),\n")),
         ("cells too small", with_fields("  planning: (cell_m: 0.05),\n")),
         ("bounds the wrong way round", "(\n  name: \"s\",\n  bounds_m: (min: (20, 10, 8), max: (0, 0, 0)),\n  drones: [(name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1))],\n)\n".into()),

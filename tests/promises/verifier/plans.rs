@@ -121,6 +121,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         unplanned: Vec::new(),
         fleet: Fleet::default(),
         ignoring_downwash: None,
+        origin: None,
         zone_air: Vec::new(),
         violations: Vec::new(),
     }

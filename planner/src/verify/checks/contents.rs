@@ -37,9 +37,10 @@ const SUPPORT_M: f64 = 0.05;
 const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
 const TRACKING_M: RangeInclusive<f64> = 0.0..=10.0;
 
-/// What flies farther than this from the bounds is told, and not judged (m): as far as bounds may
-/// extend, so that drones of any neighbouring area are.
-const AROUND_M: f64 = 20_000.0;
+/// What flies farther than this from the bounds is told, and not judged (m). Beside them: as far as
+/// bounds may extend, so that drones of any neighbouring area are. Above and below: chosen here,
+/// areas share their heights.
+const AROUND_M: [f64; 3] = [20_000.0, 20_000.0, 100.0];
 
 /// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
 /// here, and narrow enough for what is worked out from it to be finite.
@@ -288,7 +289,7 @@ fn flight(
         .map_or(Ok(()), |last_s| its(&TIME, *last_s))?;
     let (low_m, high_m) = (scene.bounds_m.min, scene.bounds_m.max);
     let is_near = |place_m: &Point3<f64>| {
-        (0..3).all(|k| (low_m[k] - AROUND_M..=high_m[k] + AROUND_M).contains(&place_m[k]))
+        (0..3).all(|k| (low_m[k] - AROUND_M[k]..=high_m[k] + AROUND_M[k]).contains(&place_m[k]))
     };
     let controls_m = drone.trajectory.control_m.iter().flatten();
     if !drone
@@ -300,7 +301,8 @@ fn flight(
     {
         let far = "and is not judged any further";
         return Err(format!(
-            "it leaves the bounds by more than {AROUND_M} m, {far}"
+            "it leaves the bounds by more than {} m to the side, or {} m up or down, {far}",
+            AROUND_M[0], AROUND_M[2]
         ));
     }
     let stays = unplanned || drone.at_end != AtEnd::Leave;
