@@ -308,7 +308,7 @@ fn a_world_or_a_plan_that_is_not_in_order_is_refused() {
 fn a_drone_that_is_turned_away_is_in_the_way_of_none() {
     let (world, plan) = planned(
         r#"Scenario(name: "blind alley", bounds_m: (min: (0, 0, 0), max: (24, 1, 1)),
-          obstacles: [(name: "wall", shape: Box(min_m: (20, 0, 0), max_m: (20.5, 1, 1)))],
+          obstacles: [(name: "wall", min_m: (20, 0, 0), max_m: (20.5, 1, 1))],
           drones: [
             (name: "b", airframe: "kolibri", start_m: (2.5, 0.5, 0.5), tasks: [(to_m: (3.5, 0.5, 0.5))]),
           ])"#,
