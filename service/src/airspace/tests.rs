@@ -295,7 +295,7 @@ fn an_offer_is_said_with_every_border_until_it_is_withdrawn() {
     let offer = taken.expect("one hovers in the strip");
     for later_s in [0.0, 1.0, 2.0] {
         let border = area.border("a1-0", now_s + later_s);
-        assert_eq!(border.offers, [offer.clone()]);
+        assert_eq!(border.offers, std::slice::from_ref(&offer));
     }
     // What a journal keeps brings it back.
     let mut again = area.clone();

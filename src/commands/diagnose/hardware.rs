@@ -148,7 +148,7 @@ fn report(hardware: &Hardware) -> Report {
     if !drifts.is_empty() {
         let headings =
             "normal flights of | M1 | M2 | M3 | M4 | flights | p-value | since the first session";
-        let table = Part::table("lrrrrrrl", headings, drifts.into_iter());
+        let table = Part::table("lrrrrrrl", headings, drifts);
         report.section("between sessions", vec![table]);
     }
     report
