@@ -61,7 +61,7 @@ fn legs(drone: u32, round: u32) -> Vec<Leg> {
     };
     let leg = |k: u32| Leg {
         drone: DroneId(drone),
-        kind: KindId((drone % 2) as u32),
+        kind: KindId(drone % 2),
         start: Tick(170 * k),
         end: Tick(170 * (k + 1)),
         from_m: place(k),

@@ -47,8 +47,8 @@ const MOST_LEAN: f64 = 2.4;
 const MOST_EXTRA_TURN: f64 = 1.0;
 /// Normal flights of a drone within a session below which it is told that they are few: with four
 /// of one drone alone a change of 6 of their standard deviations is seen, with two one of 62
-/// (Student's t of three and one degrees of freedom at a p-value of 0.05 over four modes and two sides,
-/// the scatter of the mean included).
+/// (Student's t of three and one degrees of freedom at a p-value of 0.05 over four modes and two
+/// sides, the scatter of the mean included).
 pub const LEAST_NORMAL: usize = 4;
 /// Answers within this of the best, in units of twice the log density, are told with it.
 const TIE: f64 = 4.0;

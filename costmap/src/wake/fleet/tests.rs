@@ -56,8 +56,8 @@ fn to_swap_two_legs_is_to_swap_what_they_do_to_each_other() {
                 6.0 * at(20 * i + k + 2),
             ]
         };
-        let first = leg(0, (i % 3) as u32, place(1), place(4), [0, 90]);
-        let mut second = leg(1, (i / 3 % 3) as u32, place(7), place(10), [i % 80, 130]);
+        let first = leg(0, i % 3, place(1), place(4), [0, 90]);
+        let mut second = leg(1, i / 3 % 3, place(7), place(10), [i % 80, 130]);
         second.flying = i % 7 != 0;
         let ends = [3.0 * at(20 * i + 13) - 1.0, 3.0 * at(20 * i + 14) - 1.0];
         let there = fleet.meet(&first, &second, ends);
@@ -91,8 +91,8 @@ fn no_delay_within_the_margin_does_more_than_the_shifted_legs_say() {
         let still = |k: u32| (i + k).is_multiple_of(5);
         let to = |k: u32, from: [f64; 3]| if still(k) { from } else { place(k) };
         let (a, b) = (place(1), place(7));
-        let first = leg(0, (i % 3) as u32, a, to(4, a), [100, 190]);
-        let second = leg(1, (i / 3 % 3) as u32, b, to(10, b), [60 + i % 120, 230]);
+        let first = leg(0, i % 3, a, to(4, a), [100, 190]);
+        let second = leg(1, i / 3 % 3, b, to(10, b), [60 + i % 120, 230]);
         let ends = [0.0; 2];
         let said = shifted.meet(&first, &second, ends).unwrap_or_default();
         let moments = |leg: &Leg| (leg.start.0..=leg.end.0).step_by(6);
