@@ -340,6 +340,8 @@ def test_a_recording_that_cannot_be_read_is_told_at_its_place(tmp_path):
 
 
 def test_ctrl_c_stops_planning():
+    # A process that is started in the background inherits that it ignores the signal.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     # Some seconds of work.
     smooth = WAREHOUSE.read_text().replace("bounds_m:", "planning: (motion: Smooth), bounds_m:", 1)
     planned = []
