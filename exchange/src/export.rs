@@ -210,6 +210,9 @@ pub enum ExportError {
         "this format lies on the Earth: say where with --georeference LAT,LON,AMSL,HEADING, or with `origin` in the scenario"
     )]
     NoGeoreference,
+    /// Where the plan says that it lies is nowhere.
+    #[error("`origin` of the plan: {0}")]
+    Origin(String),
     /// The format holds no times, and that was not said to do.
     #[error("missions hold no times: who flies them flies without the plan's separation; {0}")]
     Untimed(Box<Untimed>),
@@ -277,8 +280,8 @@ impl Written {
 /// Every drone that does not fit, by its limit; or files that are farther off than the plan bears.
 pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, ExportError> {
     // Where it lies the scenario may have said.
-    let origin = plan.origin.as_ref();
-    let origin = origin.and_then(|it| Georeference::of(it).ok());
+    let origin = plan.origin.as_ref().map(Georeference::of);
+    let origin = origin.transpose().map_err(ExportError::Origin)?;
     let options = &Options {
         georeference: options.georeference.or(origin),
         ..options.clone()

@@ -96,6 +96,14 @@ fn where_a_scenario_lies_its_exports_lie() {
         });
         assert_eq!(one, other, "{to}");
     }
+    lies["origin"]["latitude_deg"] = json!(91);
+    let nowhere = desk(&lies);
+    let (code, _, errors) = run(nowhere.path(), "export plan.json --to setpoints --out o");
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(
+        errors.contains("`origin` of the plan: the latitude"),
+        "{errors}"
+    );
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub enum FailureCause {
     TooLate {
         /// Which task, counted from 1.
         task: usize,
-        /// When it is there at the earliest (s).
+        /// When it is there along the lattice (s).
         at_s: f64,
         /// When it is due (s), where that is known.
         due_s: Option<f64>,
@@ -369,11 +369,6 @@ fn place(point_m: &Point3<f64>) -> String {
     format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
 }
 
-/// A time (s) to the tenth, upwards.
-fn ceiled(time_s: f64) -> f64 {
-    (time_s * 10.0).ceil() / 10.0
-}
-
 impl fmt::Display for FailureCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -382,10 +377,12 @@ impl fmt::Display for FailureCause {
                 "there is no path through free space to one of its tasks that its body fits through",
             ),
             FailureCause::TooLate { task, at_s, due_s } => {
-                write!(f, "with no other drone there it is at task {task} at {at_s:.2} s at the earliest")?;
-                due_s.map_or(Ok(()), |due_s| {
-                    write!(f, ", and it is due at {due_s} s: `during_s` from {:.1} s on, or a nearer task, will do", ceiled(*at_s))
-                })
+                write!(
+                    f,
+                    "with no other drone there it is at task {task} at {at_s:.2} s along the lattice, \
+                     and no path is short enough"
+                )?;
+                due_s.map_or(Ok(()), |due_s| write!(f, ": it is due at {due_s} s"))
             }
             FailureCause::GoalConflict(Some(conflict)) => conflict.fmt(f),
             FailureCause::GoalConflict(None) => {

@@ -60,6 +60,10 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
     if !bounds.iter().all(|(a, b)| same_place(a, b)) {
         missing.push("the plan has other bounds".to_owned());
     }
+    // A log, or a show, does not say.
+    if plan.origin.is_some_and(|it| world.origin != Some(it)) {
+        missing.push("the plan lies elsewhere on the Earth".to_owned());
+    }
     for obstacle in &world.obstacles {
         let named = plan.obstacles.iter().filter(|it| it.name == obstacle.name);
         let mut shapes = named.map(|it| same_shape(&it.shape, &obstacle.shape));

@@ -5,12 +5,13 @@ use thiserror::Error;
 
 use super::finding_file::unfit;
 use super::limits::{
-    AIR_LIMIT, BODY_RADIUS_M, BUSY_S, CELL_M, CENTRELINE, CLEARANCE_M, DURING_S, DWELL_S,
-    ENERGY_WEIGHT, LOAD_KG, Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
-    MOST_INDUCED_VELOCITY_MPS, MOST_ITEMS, MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOST_TRIANGLES,
-    MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M,
-    SPREADING, STOP_S, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR,
-    ZONE_AIR_LIMIT_MPS, lattice_places, name_fault,
+    AIR_LIMIT, ALTITUDE_M, BODY_RADIUS_M, BUSY_S, CELL_M, CENTRELINE, CLEARANCE_M, DURING_S,
+    DWELL_S, ENERGY_WEIGHT, HEADING_DEG, LATITUDE_DEG, LOAD_KG, LONGITUDE_DEG, Limits, MASS_KG,
+    MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS, MOST_INDUCED_VELOCITY_MPS, MOST_ITEMS,
+    MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOST_TRIANGLES, MOTOR_DISTANCE_M, ORIGIN, PLACE_M,
+    PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M, SPREADING, STOP_S, TEMPERATURE_C,
+    TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
+    lattice_places, name_fault,
 };
 use super::problem::{Problem, Problems};
 use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
@@ -248,6 +249,16 @@ impl Check {
             ),
         ] {
             self.number(whose, quantity, value, limits);
+        }
+        if let Some(origin) = &world.origin {
+            for (quantity, value, limits) in [
+                ("latitude", origin.latitude_deg, &LATITUDE_DEG),
+                ("longitude", origin.longitude_deg, &LONGITUDE_DEG),
+                ("altitude", origin.altitude_m, &ALTITUDE_M),
+                ("heading", origin.heading_deg, &HEADING_DEG),
+            ] {
+                self.number("the origin", quantity, value, limits);
+            }
         }
         for (what, count) in [
             ("drones", world.drones.len()),

@@ -135,7 +135,11 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         drone: name(world, drone).to_owned(),
         cause: match why {
             FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
-            FailureKind::Late(task, at) => comes_late(world, drone, task, at),
+            FailureKind::Late(task, at) => {
+                let asked = world.drones[drone.0 as usize].tasks.get(task);
+                let during_s = asked.and_then(|it| it.during_s);
+                too_late(task, at, during_s.map(|[due_s, _]| due_s))
+            }
             FailureKind::EndpointConflict => {
                 fixes_left -= 1;
                 let mut conflict = goal_conflict(world, endpoints, drone);
@@ -171,13 +175,13 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
     failures.collect()
 }
 
-/// A drone that cannot be at a task in time.
-fn comes_late(world: &World, drone: DroneId, task: usize, at: Tick) -> FailureCause {
-    let asked = world.drones[drone.0 as usize].tasks.get(task);
+/// A drone that is at a task, counted from 0, too late; with when it is due (s), where that is
+/// known.
+fn too_late(task: usize, at: Tick, due_s: Option<f64>) -> FailureCause {
     FailureCause::TooLate {
         task: task + 1,
         at_s: at.seconds(),
-        due_s: asked.and_then(|it| it.during_s).map(|[due_s, _]| due_s),
+        due_s,
     }
 }
 
@@ -190,11 +194,7 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     };
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
-        FailureKind::Late(task, at) => FailureCause::TooLate {
-            task: task + 1,
-            at_s: at.seconds(),
-            due_s: None,
-        },
+        FailureKind::Late(task, at) => too_late(task, at, None),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
         FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
             short_m,
@@ -601,6 +601,7 @@ fn beside(name: &str, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f
     let aside_m = (from_m.xy() - at_m.xy()).norm();
     (name.to_owned(), from_m.z - at_m.z, aside_m)
 }
+
 /// What closes the way between two places (m) that is closed for a ball (m).
 fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy {
     let is_open = |zones: &[Zone], radius_m: f64| {

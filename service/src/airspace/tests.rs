@@ -267,8 +267,8 @@ fn what_has_happened_is_told_and_given_way_to() {
     run.no_contradictions();
 }
 
-#[test]
-fn an_offer_is_said_with_every_border_until_it_is_withdrawn() {
+/// Two areas with a wide strip between them, after three seconds.
+fn two_areas() -> Run {
     let mut run = Run::new(
         Grid {
             areas: [2, 1],
@@ -279,6 +279,12 @@ fn an_offer_is_said_with_every_border_until_it_is_withdrawn() {
         0,
     );
     run.run(3.0);
+    run
+}
+
+#[test]
+fn an_offer_is_said_with_every_border_until_it_is_withdrawn() {
+    let mut run = two_areas();
     let now_s = run.now_s;
     let area = &mut run.planners.get_mut("a0-0").unwrap().area;
     let offers: Vec<Offer> = area
@@ -313,16 +319,7 @@ fn an_offer_is_said_with_every_border_until_it_is_withdrawn() {
 
 #[test]
 fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
-    let mut run = Run::new(
-        Grid {
-            areas: [2, 1],
-            drones: 3,
-            strip_m: 6,
-            ..SMALL
-        },
-        0,
-    );
-    run.run(3.0);
+    let mut run = two_areas();
     let now_s = run.now_s;
     let mut border = run.planners["a1-0"].area.border("a0-0", now_s);
     assert!(!border.drones.is_empty());
