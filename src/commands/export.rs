@@ -111,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let made = match export(&file.plan, arguments.to, &options) {
         Ok(made) => made,
-        Err(error @ ExportError::NoGeoreference) => {
+        Err(error @ (ExportError::NoGeoreference | ExportError::Origin(_))) => {
             return Err(Failure::NoGeoreference(error.into()));
         }
         Err(error) => {
