@@ -85,7 +85,7 @@ pub(crate) fn export(
             format!("{error}; untimed_ok=True writes them all the same"),
         ),
         ExportError::ReadBack { .. } => fault(error),
-        ExportError::Off { .. } => sentence(py, "PlanError", error),
+        ExportError::Off { .. } | ExportError::Origin(_) => sentence(py, "PlanError", error),
     })?;
     let files = made.files.into_iter();
     let files = files.map(|it| (it.name, PyBytes::new(py, &it.bytes).unbind()));
