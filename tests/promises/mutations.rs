@@ -288,6 +288,9 @@ const SLIPS: &[Spoil] = &[
     ("time of the probes from another day", |f| {
         f.probes().each(&["t_s"], |t| t + 86_400.0);
     }),
+    ("time of the probes an hour ahead", |f| {
+        f.probes().each(&["t_s"], |t| t + 3600.0);
+    }),
     ("time of the probes backwards", |f| {
         f.probes().each(&["t_s"], |t| -t)
     }),
@@ -317,6 +320,12 @@ const SLIPS: &[Spoil] = &[
     }),
     ("readings in ft/s", |f| {
         f.probes().each(&["speed_mps"], |v| v * 3.281)
+    }),
+    ("readings in mph", |f| {
+        f.probes().each(&["speed_mps"], |v| v * 2.237)
+    }),
+    ("readings in knots", |f| {
+        f.probes().each(&["speed_mps"], |v| v * 1.944)
     }),
     ("readings in ft/min", |f| {
         f.probes().each(&["speed_mps"], |v| v * 196.85)
@@ -352,6 +361,16 @@ const SLIPS: &[Spoil] = &[
         let rows = f.probes().rows.iter_mut().zip(other.rows);
         rows.for_each(|(row, other)| row[at] = other[at].clone());
     }),
+    ("readings in the opposite order", |f| {
+        let at = f.probes().at("speed_mps");
+        let mut cells: Vec<String> = f.probes().rows.iter().map(|row| row[at].clone()).collect();
+        cells.reverse();
+        let rows = f.probes().rows.iter_mut().zip(cells);
+        rows.for_each(|(row, cell)| row[at] = cell);
+    }),
+    ("readings 6 s late", |f| {
+        f.probes().each(&["t_s"], |t| t + 6.0)
+    }),
     ("readings shifted by 40 rows", |f| {
         f.probes().shift_rows(&["speed_mps"], 40)
     }),
@@ -367,6 +386,9 @@ const SLIPS: &[Spoil] = &[
     ("probe places in cm", |f| {
         f.probes().each(&PLACES, |m| m * 1e2)
     }),
+    ("probe places in inches", |f| {
+        f.probes().each(&PLACES, |m| m / 0.0254)
+    }),
     ("probe places in ft", |f| {
         f.probes().each(&PLACES, |m| m / 0.3048)
     }),
@@ -378,6 +400,16 @@ const SLIPS: &[Spoil] = &[
     }),
     ("height of the probes downwards", |f| {
         f.probes().each(&["z_m"], |m| -m)
+    }),
+    ("height of the probes from the drone down", |f| {
+        let drone = f.vehicles();
+        let at = drone.at("z_m");
+        let heights_m = drone
+            .rows
+            .iter()
+            .filter_map(|row| row[at].parse::<f64>().ok());
+        let top_m = heights_m.fold(0.0, f64::max);
+        f.probes().each(&["z_m"], |m| top_m - m)
     }),
     ("x and z of the probes swapped", |f| {
         f.probes().swap("x_m", "z_m")
@@ -503,9 +535,14 @@ const SLIPS: &[Spoil] = &[
     }),
 ];
 
-/// What a slip does not change: the drone and its probes stand where they stood to one another, or
-/// nothing that is compared was touched.
+/// What a slip does not change: the drone and its probes stand where they stood to one another,
+/// nothing that is compared was touched, or what was spoilt is left out.
 const HARMLESS: &[Spoil] = &[
+    ("every fifth reading 0", |f| {
+        let at = f.probes().at("speed_mps");
+        let rows = f.probes().rows.iter_mut().step_by(5);
+        rows.for_each(|row| row[at] = "0.0".to_owned());
+    }),
     ("unused columns empty", |f| {
         f.vehicles().each(&["power_w"], |_| f64::NAN)
     }),

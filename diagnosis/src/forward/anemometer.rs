@@ -13,8 +13,8 @@ use crate::forward::flow::{Flow, Sighting};
 use crate::forward::hypothesis::Sensor;
 use crate::record::recording::{Measures, ProbeSample, Probes};
 
-/// Steps of the low-pass in a time constant. Chosen here: the air is taken as linear within a step,
-/// which leaves less than a hundredth of its change in a time constant.
+/// Steps of the low-pass in the latest time constant. Chosen here: the air is taken as linear within
+/// a step, which leaves less than a hundredth of its change in a time constant.
 const STEPS_PER_TAU: f64 = 5.0;
 
 /// The steady reading (m/s) of a true probe at a time and point; `None` where some drone's place is
@@ -140,6 +140,9 @@ struct Held {
 const MEMORY: f64 = 8.0;
 
 /// Carries a lagged reading from one sample to the next through the air between them.
+///
+/// What air of an age `a` weighs in the reading falls as e^(-a/τ), and what a step of length `h`
+/// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
 fn lag(
     before: &Held,
     (sample, steady_mps): (&ProbeSample, f64),
@@ -149,34 +152,35 @@ fn lag(
     let from = &before.sample;
     let whole_s = sample.t_s - from.t_s;
     let span_s = whole_s.min(MEMORY * tau_s);
-    let from_share = 1.0 - span_s / whole_s;
-    let at = |share: f64| {
-        let share = from_share + share * (1.0 - from_share);
-        let point_m = from.position_m + (sample.position_m - from.position_m) * share;
-        steady(from.t_s + whole_s * share, point_m)
+    let at = |age_s: f64| {
+        let point_m = sample.position_m + (from.position_m - sample.position_m) * (age_s / whole_s);
+        steady(sample.t_s - age_s, point_m)
     };
-    let steps = (span_s / tau_s * STEPS_PER_TAU).ceil().max(1.0);
-    let step_s = span_s / steps;
-    let kept = (-step_s / tau_s).exp();
-    let (mut x_before_mps, mut reading_mps) = match from_share > 0.0 {
+    let forgotten = -(-0.5 * span_s / tau_s).exp_m1();
+    let steps = (2.0 * STEPS_PER_TAU * forgotten).ceil().max(1.0);
+    let age_s = |step: u32| -2.0 * tau_s * (-forgotten * f64::from(step) / steps).ln_1p();
+    let (mut x_before_mps, mut reading_mps) = match span_s < whole_s {
         // The rest is forgotten.
         true => {
-            let x_mps = at(0.0)?;
+            let x_mps = at(span_s)?;
             (x_mps, x_mps)
         }
         false => (before.steady_mps, before.read_mps),
     };
-    let steps = steps as u32;
-    for step in 1..=steps {
-        let x_mps = match step == steps {
-            true => steady_mps,
-            false => at(f64::from(step) / f64::from(steps))?,
+    let mut age_before_s = span_s;
+    for step in (0..steps as u32).rev() {
+        let age_s = age_s(step);
+        let x_mps = match step {
+            0 => steady_mps,
+            _ => at(age_s)?,
         };
         // Exact for air that changes linearly within the step.
+        let step_s = age_before_s - age_s;
         let slope = (x_mps - x_before_mps) / step_s;
         let settled_mps = x_mps - slope * tau_s;
+        let kept = (-step_s / tau_s).exp();
         reading_mps = settled_mps + (reading_mps - (x_before_mps - slope * tau_s)) * kept;
-        x_before_mps = x_mps;
+        (x_before_mps, age_before_s) = (x_mps, age_s);
     }
     Some(reading_mps)
 }

@@ -421,7 +421,10 @@ impl<'a> Flow<'a> {
         let emitters = self.emitters.iter();
         emitters
             .filter(move |emitter| counts(emitter.vehicle))
-            .filter_map(move |emitter| Flow::arrival(emitter, self.sighting(emitter, t_s, point_m)))
+            .filter_map(move |emitter| {
+                let leans = self.effects.wake_lean.is_some();
+                Flow::arrival(emitter, self.sighting(emitter, leans, (t_s, point_m)))
+            })
     }
 
     /// An emitter's wake as it is seen; nothing where its rotors are idle.
@@ -438,7 +441,14 @@ impl<'a> Flow<'a> {
         }
     }
 
-    fn sighting(&self, emitter: &Emitter, t_s: f64, point_m: Point3<f64>) -> Sighting {
+    /// One drone as it is seen from a point; how it leaned when the air left is looked for where a
+    /// wake `leans`.
+    fn sighting(
+        &self,
+        emitter: &Emitter,
+        leans: bool,
+        (t_s, point_m): (f64, Point3<f64>),
+    ) -> Sighting {
         let Some(moment) = Flow::moment_of(emitter, self.convection, t_s, point_m) else {
             return Sighting::Unknown;
         };
@@ -446,17 +456,20 @@ impl<'a> Flow<'a> {
             return Sighting::Idle;
         }
         let position_m = emitter.track.position_at(moment);
-        // Where a baseline has air arrive at once, it leans as its drone did when it left all the
-        // same; before the track, or across a gap, as the drone does now.
-        let left = match self.convection {
-            None => Flow::moment_of(emitter, Some(1.0), t_s, point_m).unwrap_or(moment),
-            Some(_) => moment,
-        };
+        let lean = leans.then(|| {
+            // Where a baseline has air arrive at once, it leans as its drone did when it left all
+            // the same; before the track, or across a gap, as the drone does now.
+            let left = match self.convection {
+                None => Flow::moment_of(emitter, Some(1.0), t_s, point_m).unwrap_or(moment),
+                Some(_) => moment,
+            };
+            WakeLean::against(emitter.track.attitude_at(left) * Vector3::z())
+        });
         Sighting::Flying {
             offset_m: point_m - position_m,
             at: Surroundings {
                 t_s,
-                lean: WakeLean::against(emitter.track.attitude_at(left) * Vector3::z()),
+                lean: lean.unwrap_or_default(),
                 climb_mps: emitter.track.velocity_mps[moment.entry].z,
                 floor_z_m: self.floor_z_m(),
                 emitter_z_m: position_m.z,
@@ -468,7 +481,7 @@ impl<'a> Flow<'a> {
     #[must_use]
     pub fn sightings(&self, t_s: f64, point_m: Point3<f64>) -> Vec<Sighting> {
         let emitters = self.emitters.iter();
-        let sighting = |emitter| self.sighting(emitter, t_s, point_m);
+        let sighting = |emitter| self.sighting(emitter, true, (t_s, point_m));
         emitters.map(sighting).collect()
     }
 

@@ -25,6 +25,9 @@ const ABOVE_ACCURACY: f64 = 5.0;
 /// Readings over simulation that momentum allows, in either direction. Momentum goes with the
 /// square of the speed, so the thrust would be off by a factor of six.
 const FACTOR: f64 = 2.5;
+/// The same where a unit is near: no multirotor lifts more than one and a half times its own mass,
+/// 2.5 times the momentum (DJI's Matrice 300, 3.6 kg without batteries, takes off with 9 kg).
+const FACTOR_OF_UNITS: f64 = 1.6;
 /// Share of the variance that is left unexplained: below the first the geometry is right; a slip is
 /// undone where less than the second is left, and less than a quarter of what an instrument's
 /// faults leave. Chosen here.
@@ -33,6 +36,8 @@ const EXPLAINED: f64 = 0.3;
 const OF_BEFORE: f64 = 0.25;
 /// Between clocks that are tried (s). Chosen here: a pass through a jet lasts a second.
 const CLOCK_STEP_S: f64 = 0.4;
+/// Farthest clock that is tried as a slip (s): chosen here, a logger that was started by hand.
+const FARTHEST_CLOCK_S: f64 = 60.0;
 /// Readings of which it is judged whether they follow one another by chance: chosen here.
 const SUCCESSIVE: usize = 10_000;
 /// Standard deviation of their ratio above which they are too few: 204 have it, and a ratio of
@@ -45,13 +50,15 @@ const SMOOTH: f64 = 0.5;
 const NOT_STILL: f64 = 20.0;
 /// Readings over simulation that units make, with how far off a factor may be (a natural logarithm;
 /// chosen here: turbulence and a wake's own error are within a fifth, units apart by more).
-const UNITS: [(f64, &str); 8] = [
+const UNITS: [(f64, &str); 10] = [
     (1000.0, "mm/s"),
     (100.0, "cm/s"),
     (3.6, "km/h"),
     (60.0, "m/min"),
     (196.85, "ft/min"),
     (3.281, "ft/s"),
+    (2.237, "mph"),
+    (1.944, "knots"),
     (0.01, "hundreds of m/s"),
     (0.001, "km/s"),
 ];
@@ -99,7 +106,9 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     let as_it_lies = likeness(&pairs, accuracy_mps);
     if let Some(it) = as_it_lies.filter(|it| it.left < EXPLAINED) {
         // What shelters the probes may make the air as slow as it likes.
-        let is_possible = it.factor <= FACTOR && (it.factor > 1.0 || unit(it.factor).is_none());
+        let is_one = units(it.factor).is_empty();
+        let is_possible =
+            it.factor <= FACTOR && (is_one || (1.0..FACTOR_OF_UNITS).contains(&it.factor));
         if it.left < RIGHT || !is_possible {
             return (!is_possible).then(|| scaled(it.factor));
         }
@@ -162,6 +171,27 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
             );
         }
     }
+    let beyond = (clocks + 1)..=(FARTHEST_CLOCK_S / CLOCK_STEP_S) as i32;
+    for clock_s in beyond.flat_map(|step| [-1.0, 1.0].map(|to| to * f64::from(step) * CLOCK_STEP_S))
+    {
+        let moved = self::pairs(&thinned, clock_s);
+        // As above.
+        if likeness(&moved, accuracy_mps).is_some_and(|it| it.left < RIGHT) {
+            let which = if clock_s < 0.0 { "earlier" } else { "later" };
+            let words = format!("the readings taken {:.1} s {which}", clock_s.abs());
+            judge(&moved, by_instrument, words);
+        }
+    }
+    let backwards = pairs.iter().zip(pairs.iter().rev());
+    let backwards = backwards.map(|(pair, last)| Pair {
+        read_mps: last.read_mps,
+        ..*pair
+    });
+    judge(
+        &backwards.collect::<Vec<_>>(),
+        by_instrument,
+        "the readings in the opposite order".to_owned(),
+    );
     if let Some(((before, by), left, words)) = best {
         return Some(Mistake {
             message: format!(
@@ -236,10 +266,12 @@ fn impossible(recording: &Recording, pairs: &[Pair], accuracy_mps: f64) -> Optio
     (it.factor > FACTOR * FACTOR).then(|| scaled(it.factor))
 }
 
-/// The unit that readings at so many times the simulated speed are in.
-fn unit(factor: f64) -> Option<&'static str> {
-    let near = |(unit, _): &&(f64, &str)| (factor / unit).ln().abs() < NEAR;
-    UNITS.iter().find(near).map(|(_, word)| *word)
+/// The units that readings at so many times the simulated speed may be in, the nearest first.
+fn units(factor: f64) -> Vec<&'static str> {
+    let far = |(unit, _): &(f64, &str)| (factor / unit).ln().abs();
+    let mut near: Vec<&(f64, &str)> = UNITS.iter().filter(|it| far(it) < NEAR).collect();
+    near.sort_by(|a, b| far(a).total_cmp(&far(b)));
+    near.into_iter().map(|(_, word)| *word).collect()
 }
 
 fn scaled(factor: f64) -> Mistake {
@@ -248,9 +280,9 @@ fn scaled(factor: f64) -> Mistake {
             "its readings follow the simulation at {factor:.3} times its speed, which is {:.3} times the momentum that the stated masses make",
             factor * factor
         ),
-        help: match unit(factor) {
-            Some(unit) => format!("readings in {unit}? `speed_mps` is in m/s"),
-            None => "the unit of the readings, or the stated mass, propellers or air?".to_owned(),
+        help: match units(factor).as_slice() {
+            [] => "the unit of the readings, or the stated mass, propellers or air?".to_owned(),
+            units => format!("readings in {}? `speed_mps` is in m/s", units.join(" or ")),
         },
     }
 }
@@ -392,7 +424,7 @@ fn slips() -> Vec<Slip> {
             };
             add(words, Box::new(put));
         }
-        for (unit, factor) in [("mm", 1e-3), ("cm", 1e-2), ("km", 1e3)] {
+        for (unit, factor) in [("mm", 1e-3), ("cm", 1e-2), ("inches", 0.0254), ("km", 1e3)] {
             let words = format!("the places of {of} read as {unit}");
             add(words, Box::new(move |m| m * factor));
             for axis in 0..3 {
@@ -405,7 +437,7 @@ fn slips() -> Vec<Slip> {
             }
         }
     }
-    for (unit, factor) in [("mm", 1e-3), ("cm", 1e-2)] {
+    for (unit, factor) in [("mm", 1e-3), ("cm", 1e-2), ("inches", 0.0254)] {
         let undo = move |recording: &mut Recording| {
             let probes = recording.probes.iter_mut();
             let samples = probes.flat_map(|probes| &mut probes.samples);
@@ -419,5 +451,15 @@ fn slips() -> Vec<Slip> {
             undo: Box::new(undo),
         });
     }
+    slips.push(Slip {
+        words: "z of the probes counted down from the highest drone".to_owned(),
+        undo: Box::new(|recording| {
+            let tracks = recording.vehicles.iter().map(|it| &it.track.position_m);
+            let top_m = tracks.flatten().map(|m| m.z).fold(0.0, f64::max);
+            let probes = recording.probes.iter_mut();
+            let samples = probes.flat_map(|probes| &mut probes.samples);
+            samples.for_each(|sample| sample.position_m.z = top_m - sample.position_m.z);
+        }),
+    });
     slips
 }

@@ -64,39 +64,93 @@ pub(super) fn chosen(world: &World) -> (f64, Option<String>) {
     (cell_m, Some(sentence))
 }
 
+/// Starts or goals that fill their place.
+struct Formation {
+    /// From each to the nearest other (m).
+    spacing_m: f64,
+    what: &'static str,
+}
+
+impl Formation {
+    /// The packed ones of a world.
+    fn packed(world: &World) -> impl Iterator<Item = Formation> {
+        let starts = world.drones.iter().map(|drone| drone.start_m);
+        let goals = world.drones.iter().filter_map(|drone| drone.tasks.last());
+        let all = [
+            (starts.collect::<Vec<_>>(), "starts"),
+            (goals.map(|task| task.to_m).collect(), "goals"),
+        ];
+        all.into_iter().filter_map(|(places_m, what)| {
+            let (spacing_m, is_packed) = spacing(&places_m)?;
+            let is_packed = is_packed && places_m.len() >= LEAST_FORMATION;
+            is_packed.then_some(Formation { spacing_m, what })
+        })
+    }
+
+    /// From the middle between two neighbours to each of them (m): how near a drone passes them.
+    fn passed_at_m(&self) -> f64 {
+        0.5 * self.spacing_m
+    }
+
+    fn is_on_cells_of(&self, cell_m: f64) -> bool {
+        // A part in a million: halves of typed lengths are not exact.
+        (self.spacing_m / cell_m - 1.0).abs() < 1e-6
+    }
+}
+
+/// Diameter of the largest body (m).
+fn largest_body_m(world: &World) -> f64 {
+    let radii_m = world.drones.iter().map(|it| it.vehicle.body_radius_m);
+    2.0 * radii_m.fold(0.0, f64::max)
+}
+
 /// Cells in place of those that the scenario names (m), and why: half of them, where a packed
 /// formation is spaced as they are and drones fit between two that stand. On cells as wide as the
 /// formation there is no room to move but where a drone has left, and flights take twice as long.
 pub(super) fn between_neighbours(world: &World) -> Option<(f64, String)> {
     let planning = &world.planning;
-    let starts = world.drones.iter().map(|drone| drone.start_m);
-    let goals = world.drones.iter().filter_map(|drone| drone.tasks.last());
-    let largest_m = (world.drones.iter())
-        .map(|drone| drone.vehicle.body_radius_m)
-        .fold(0.0, f64::max);
-    let apart_m = 2.0 * largest_m + planning.gap_to_bodies_m(2);
-    let all = [
-        (starts.collect::<Vec<_>>(), "starts"),
-        (goals.map(|task| task.to_m).collect(), "goals"),
-    ];
-    let asked = all.iter().filter_map(|(places_m, what)| {
-        let (spacing_m, is_packed) = spacing(places_m)?;
-        let cell_m = 0.5 * spacing_m;
-        let is_wide = places_m.len() >= LEAST_FORMATION && cell_m >= apart_m;
-        (is_packed && is_wide).then_some((cell_m, spacing_m, *what))
-    });
-    let (cell_m, spacing_m, what) = asked.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let apart_m = largest_body_m(world) + planning.gap_to_bodies_m(2);
+    let asked = Formation::packed(world).filter(|it| it.passed_at_m() >= apart_m);
+    let asked = asked.min_by(|a, b| a.spacing_m.total_cmp(&b.spacing_m))?;
     let size_m = world.bounds_m.max - world.bounds_m.min;
-    let named_m = planning.cell_m;
-    // A part in a million: halves of typed lengths are not exact.
-    let is_as_wide = (spacing_m / named_m - 1.0).abs() < 1e-6;
-    (is_as_wide && lattice_places(size_m, cell_m) <= MOST_PLACES).then(|| {
-        let why = format!("{what} are {spacing_m:.2} m apart {BETWEEN}");
+    let (cell_m, named_m) = (asked.passed_at_m(), planning.cell_m);
+    let is_asked = asked.is_on_cells_of(named_m) && lattice_places(size_m, cell_m) <= MOST_PLACES;
+    is_asked.then(|| {
+        let why = format!(
+            "{} are {:.2} m apart {BETWEEN}",
+            asked.what, asked.spacing_m
+        );
         (
             cell_m,
             format!("cells of {cell_m:.3} m in place of {named_m} m: {why}"),
         )
     })
+}
+
+/// The same world with a tracking margin that lets drones pass between two that stand in its packed
+/// formations, and what is said of it where that is planned; `None` where its own margin does, or
+/// none would.
+pub(crate) fn with_room_to_pass(world: &World) -> Option<(World, String)> {
+    let own_m = world.planning.margins.tracking_m;
+    let packed = Formation::packed(world);
+    let formation = packed.min_by(|a, b| a.spacing_m.total_cmp(&b.spacing_m))?;
+    let room_m = formation.passed_at_m() - largest_body_m(world);
+    // Whole centimetres, so that it can be typed.
+    let tracking_m = (50.0 * room_m + 1e-6).floor() / 100.0;
+    if tracking_m < 0.0 || tracking_m >= own_m || room_m < world.planning.clearance_m {
+        return None;
+    }
+    let mut changed = world.clone();
+    changed.planning.margins.tracking_m = tracking_m;
+    if let Some((cell_m, _)) = between_neighbours(&changed) {
+        changed.planning.cell_m = cell_m;
+    }
+    let said = format!(
+        "tracking_m of {own_m:.2} m keeps drones from passing between {} that are {:.2} m apart; \
+         with planning: (tracking_m: {tracking_m}) all are planned",
+        formation.what, formation.spacing_m
+    );
+    Some((changed, said))
 }
 
 /// Why cells are half as wide as a packed formation.
@@ -329,6 +383,21 @@ mod tests {
         assert_eq!(wide.planning.cell_m, 0.5);
         let few = read_world(&formation(2, NO_MARGINS)).expect("in order");
         assert_eq!(few.planning.cell_m, 0.5);
+    }
+
+    #[test]
+    fn the_widest_margin_with_which_drones_pass_between_two_that_stand_is_named() {
+        let margins = ", time_margin_s: 0, tracking_m: 0.1";
+        let world = read_world(&formation(5, margins)).expect("in order");
+        let (changed, said) = with_room_to_pass(&world).expect("too wide a margin");
+        assert_eq!(changed.planning.margins.tracking_m, 0.05);
+        assert_eq!(changed.planning.cell_m, 0.25);
+        assert!(said.contains("planning: (tracking_m: 0.05)"), "{said}");
+        // It does, and a centimetre more does not.
+        assert!(with_room_to_pass(&changed).is_none());
+        let mut wider = changed;
+        wider.planning.margins.tracking_m = 0.06;
+        assert!(with_room_to_pass(&wider).is_some());
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(crate) mod solid;
 
 mod airframes;
 mod asked;
-mod cell;
+pub(crate) mod cell;
 mod check;
 mod fields;
 mod finding_file;

@@ -14,6 +14,7 @@ use crate::plan::outcome::{
     Planned, Progress,
 };
 use crate::plan::{IgnoringDownwash, Plan, Unplanned};
+use crate::scenario::cell;
 use crate::scenario::world::{PathMotion, World};
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
@@ -45,12 +46,18 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         mut run,
         paths,
         tried,
-        notes,
+        mut notes,
     } = match by_open_rules(world, &weaker, control, Run::solve) {
         Ok(solved) => solved,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
     let world = run.world;
+    if let Some((changed, said)) = cell::with_room_to_pass(world)
+        && !paths.unplanned.is_empty()
+        && is_planned(&changed, control)
+    {
+        notes.push(said);
+    }
     run.endpoints
         .confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
     let failures = failures(&Refusals {
@@ -199,18 +206,22 @@ const MOST_EXPANSIONS_CONFIRMED: u64 = 60_000;
 
 /// Whether all of a fleet are planned with a smaller tracking margin (m).
 fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> bool {
-    let less = tracking_m < world.planning.margins.tracking_m;
-    if !less || world.drones.len() > MOST_CONFIRMED || (control.stop)() {
-        return false;
-    }
     let mut changed = world.clone();
     changed.planning.margins.tracking_m = tracking_m;
+    tracking_m < world.planning.margins.tracking_m && is_planned(&changed, control)
+}
+
+/// Whether all of a fleet are planned, by its own rules or relaxed ones.
+fn is_planned(world: &World, control: &Control<'_>) -> bool {
+    if world.drones.len() > MOST_CONFIRMED || (control.stop)() {
+        return false;
+    }
     let is_planned = |world: &World| {
         let most = MOST_EXPANSIONS_CONFIRMED;
         let tried = tried(world, control, most, &mut Effort::default());
         tried.is_some_and(|paths| paths.unplanned.is_empty())
     };
-    is_planned(&changed) || changed.relaxed().is_some_and(|it| is_planned(&it))
+    is_planned(world) || world.relaxed().is_some_and(|it| is_planned(&it))
 }
 
 /// Paths of a whole fleet within so many states, none of them better than the first that are found;
@@ -265,8 +276,7 @@ impl<'a> Run<'a> {
     /// The conflicts of endpoints, where starts exclude one another.
     pub(crate) fn new(world: &'a World, control: &'a Control<'a>) -> Result<Run<'a>, Exclusions> {
         (control.progress)(Progress::Preparing);
-        let (endpoints, job) =
-            rayon::join(|| endpoints::find(world), || prepare(world, control.stop));
+        let endpoints = endpoints::find(world);
         let mut conflicts = endpoints.conflicts.worst.iter();
         if conflicts.any(|c| c.when == EndpointKind::Starts) {
             return Err(endpoints);
@@ -274,7 +284,7 @@ impl<'a> Run<'a> {
         Ok(Run {
             world,
             control,
-            job,
+            job: prepare(world, control.stop),
             endpoints,
             effort: Effort::default(),
             most_expansions: None,

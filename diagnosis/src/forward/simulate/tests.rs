@@ -144,6 +144,24 @@ fn a_slow_probe_lags_a_passing_jet_and_reads_less_at_its_peak() {
 }
 
 #[test]
+fn a_slow_probe_reads_the_same_however_seldom_it_is_asked() {
+    let readings = |every: usize| -> Vec<f64> {
+        let rows = (0..=2000).step_by(every);
+        let rows = rows.map(|i| probe(f64::from(i as u32) * 0.05, 25.0, 1.0));
+        let recording = recording(vec![above(3.0, 0.5)], rows.collect(), 0.5);
+        let samples = simulate(&recording).samples;
+        samples.iter().map(|sample| sample.simulated).collect()
+    };
+    let often = readings(1);
+    let peak_mps = often.iter().copied().fold(0.0, f64::max);
+    // Every 5 s: ten time constants, of which eight are remembered.
+    let seldom = readings(100).into_iter().zip(often.iter().step_by(100));
+    for (seldom_mps, often_mps) in seldom {
+        assert!((seldom_mps - often_mps).abs() < 0.01 * peak_mps);
+    }
+}
+
+#[test]
 fn with_transport_the_jet_of_a_passing_drone_arrives_later() {
     let passes = |delay| {
         let readings = (450..=550)

@@ -106,7 +106,42 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     if let (true, Some(bytes)) = (has_tracks, named(RECEIVER)) {
         receivers(bytes, &mut meta, found);
     }
+    overlaps(&meta.recording, found);
     has_tracks.then_some(meta.recording)
+}
+
+/// Seconds since 1970 are more than this from 1973 on; a log's own are fewer for three years.
+const EPOCH_S: f64 = 1e8;
+
+/// A problem for a table with no row while any drone's place is known.
+fn overlaps(recording: &Recording, found: &mut Found) {
+    let span = |times_s: &mut dyn Iterator<Item = f64>| {
+        times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t_s| {
+            (low.min(t_s), high.max(t_s))
+        })
+    };
+    let tracks = recording.vehicles.iter().map(|it| &it.track.t_s);
+    let (begin_s, end_s) = span(&mut tracks.flatten().copied());
+    let samples = recording.probes.iter().flat_map(|probes| &probes.samples);
+    let readings = span(&mut samples.map(|sample| sample.t_s));
+    let receivers = span(&mut recording.receivers.iter().map(|it| it.t_s));
+    for (table, (from_s, to_s)) in [(PROBES, readings), (RECEIVER, receivers)] {
+        if from_s > to_s || begin_s > end_s || (from_s <= end_s && begin_s <= to_s) {
+            continue;
+        }
+        let message = format!(
+            "its rows are from {from_s:.1} to {to_s:.1} s, and those of {VEHICLES} from {begin_s:.1} to {end_s:.1} s: no drone's place is known at any of them"
+        );
+        let hours = ((from_s - begin_s) / 3600.0).round();
+        let help = if (from_s > EPOCH_S) != (begin_s > EPOCH_S) {
+            "one of them counts from 1970? Both have to count from the same moment".to_owned()
+        } else if hours != 0.0 {
+            format!("clocks {} h apart, or tables of two flights?", hours.abs())
+        } else {
+            "clocks that differ, or tables of two flights?".to_owned()
+        };
+        found.helped(Problem::field(table, "t_s"), message, Some(help));
+    }
 }
 
 /// Reads the tracks of the vehicles.

@@ -74,6 +74,27 @@ pub(super) fn probes(
     })
 }
 
+/// Air that does not stop from one reading to the next and start again (m/s): faster than this, and
+/// than twice the slowest reading that is not 0, which an instrument's bearing may hold. Chosen
+/// here.
+const FAST_MPS: f64 = 0.5;
+
+/// Of one probe's rows those that read 0 between two readings of fast air; none of a few.
+fn dropped(rows: &[usize], samples: &[ProbeSample]) -> Vec<usize> {
+    let speed_mps = |row: &usize| samples[*row].speed_mps;
+    let turning = rows.iter().map(speed_mps).filter(|mps| *mps > 0.0);
+    let least_mps = FAST_MPS.max(2.0 * turning.fold(f64::INFINITY, f64::min));
+    let between = rows.windows(3).filter(|of| {
+        let [before, at, after] = [0, 1, 2].map(|which| speed_mps(&of[which]));
+        at == 0.0 && before.min(after) > least_mps
+    });
+    let between: Vec<usize> = between.map(|of| of[1]).collect();
+    match between.len() >= STUCK_READINGS {
+        true => between,
+        false => Vec::new(),
+    }
+}
+
 /// Median step over that of the rate, or the inverse, that a slip of units makes and no gaps do.
 /// Chosen here.
 const RATE_SLIP: f64 = 3.3;
@@ -157,6 +178,8 @@ fn judge(
             .flat_map(|run| run[1..].iter().copied())
             .collect();
         let again = "the same speed as before, eight or more times in a row";
+        let dropped = dropped(&good, samples);
+        let out = "0 between two readings of fast air: contacts that open?";
         for (rows, kind, what) in [
             (
                 backward,
@@ -166,6 +189,7 @@ fn judge(
             (missing, RemarkKind::Impossible, "no speed or no position"),
             (impossible, RemarkKind::Impossible, &range),
             (stuck, RemarkKind::Stuck, again),
+            (dropped, RemarkKind::Impossible, out),
         ] {
             remarks.tell(kind, &rows, &format!("left out: {what}"));
             rows.iter()
