@@ -106,7 +106,9 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     if let (true, Some(bytes)) = (has_tracks, named(RECEIVER)) {
         receivers(bytes, &mut meta, found);
     }
-    overlaps(&meta.recording, found);
+    if found.problems.is_empty() {
+        overlaps(&meta.recording, found);
+    }
     has_tracks.then_some(meta.recording)
 }
 
