@@ -20,11 +20,11 @@ use crate::graph::roadmap::Vertex;
 mod ask;
 mod column;
 mod directions;
-mod pair;
 mod pieces;
 mod shape;
 pub(crate) mod steps;
 pub(crate) mod synchronous;
+mod table;
 
 pub(crate) use ask::StepQuery;
 use column::{Column, Glance, Record};
@@ -226,7 +226,7 @@ impl<'a> ReservationTable<'a> {
         let steps = self.steps;
         let other = usize::from(record.class);
         let direction = usize::from(record.direction);
-        for (offset, span) in &steps.pair(me, other).hovering[direction] {
+        for (offset, span) in &steps.table(me, other).hovering[direction] {
             let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
             let Some(place) = steps.lattice.at(here) else {
                 continue;

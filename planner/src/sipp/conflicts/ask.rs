@@ -6,8 +6,8 @@ use costmap::verdict::{Blocker, Incoming, Verdict, Why, peak};
 
 use super::column::spells;
 use super::directions::index;
-use super::pair::Near;
 use super::steps::{LOADS, STILL, Span};
+use super::table::Near;
 use super::{FORBIDDEN, Record, ReservationTable};
 use crate::graph::roadmap::Vertex;
 
@@ -144,35 +144,35 @@ impl ReservationTable<'_> {
         let direction = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
         let shift = self.steps.shift + self.steps.most_ahead();
         for other in 0..self.steps.class_count() {
-            let pair = self.steps.pair(query.class, other);
-            let window = query.window(shift, pair.longest());
+            let table = self.steps.table(query.class, other);
+            let window = query.window(shift, table.longest());
             let spells = spells(window);
             let mut look_at = |near: &Near, record: &Record| {
                 let [dx, dy] = near.aside;
                 let dz = i32::from(record.layer) - at[2];
-                if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
+                if usize::from(record.class) != other || dz.abs() > table.extent.layers {
                     return;
                 }
                 let directions = [direction, usize::from(record.direction)];
-                let lasts = pair.lasts(directions, dz);
+                let lasts = table.lasts(directions, dz);
                 let now = query.window(shift, lasts);
                 if record.end <= now[0] || now[1] <= record.start {
                     return;
                 }
-                let span = pair.span(directions, near, dz);
+                let span = table.span(directions, near, dz);
                 let there = [at[0] + dx, at[1] + dy, at[2] + dz];
                 if !self.is_against(query, [at, there], direction, &span, record, verdict) {
                     let late = [shift, shift + lasts[1]];
                     loads.add(costmap, (now, late), &span, record);
                 }
             };
-            for (near, column) in self.columns_near(&pair.near[direction], at) {
+            for (near, column) in self.columns_near(&table.near[direction], at) {
                 if self.glances[column].may_be_passed(spells) {
                     let passing = self.columns[column].passing(window);
                     passing.for_each(|record| look_at(near, record));
                 }
             }
-            for (near, column) in self.columns_near(&pair.near_still[direction], at) {
+            for (near, column) in self.columns_near(&table.near_still[direction], at) {
                 if self.glances[column].is_held(window[1]) {
                     let staying = self.columns[column].staying(window[1]);
                     staying.for_each(|record| look_at(near, record));

@@ -9,8 +9,8 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::directions::{DIRECTIONS, STILL, cells};
-use super::pair::{Extent, Pair};
 use super::steps::{Class, LOADS, Span};
+use super::table::{ConflictTable, Extent};
 use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
@@ -219,7 +219,7 @@ impl Shape {
         [most_of(0), most_of(1)]
     }
 
-    pub(super) fn pair(&self) -> Pair {
+    pub(super) fn table(&self) -> ConflictTable {
         let lasts = |layers: i32| {
             let depth = f64::from(layers);
             let late = [
@@ -228,7 +228,7 @@ impl Shape {
             ];
             late.map(|ticks| ticks.ceil() as u32)
         };
-        Pair::new((self.extent, &lasts), |direction, others, aside| {
+        ConflictTable::new((self.extent, &lasts), |direction, others, aside| {
             self.spans(direction, others, aside)
         })
     }

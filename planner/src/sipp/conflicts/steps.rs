@@ -15,8 +15,8 @@ use nalgebra::Point3;
 use super::column::Record;
 use super::directions::neighbour;
 pub(super) use super::directions::{STILL, cells};
-use super::pair::Pair;
 use super::shape::Shape;
+use super::table::ConflictTable;
 use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
 
@@ -77,7 +77,7 @@ pub(crate) struct Steps {
     /// Per drone, its classes by kind.
     of_drones: Vec<Vec<(KindId, usize)>>,
     /// `[class][other class]`.
-    pairs: Arc<[Pair]>,
+    tables: Arc<[ConflictTable]>,
     pub(super) shapes: Arc<[Shape]>,
     /// By class and place, the lowest layer that the wake of who hovers there reaches; empty
     /// without covers.
@@ -126,7 +126,7 @@ impl Steps {
         if entries > most || shapes.iter().any(Shape::is_too_slow) {
             return None;
         }
-        let pairs: Vec<Pair> = shapes.iter().map(Shape::pair).collect();
+        let tables: Vec<ConflictTable> = shapes.iter().map(Shape::table).collect();
         let wake_ends = if costmap.has_blocking_surfaces() {
             let of_class = |class| wake_ends(lattice, costmap, class);
             classes.iter().map(of_class).collect()
@@ -137,7 +137,7 @@ impl Steps {
             lattice: Arc::new(lattice.clone()),
             classes,
             of_drones,
-            pairs: pairs.into(),
+            tables: tables.into(),
             shapes: shapes.into(),
             wake_ends: wake_ends.into(),
             shift: costmap.fleet().conditions().shift,
@@ -201,8 +201,8 @@ impl Steps {
     }
 
     /// What two classes are to one another.
-    pub(super) fn pair(&self, me: usize, other: usize) -> &Pair {
-        &self.pairs[me * self.classes.len() + other]
+    pub(super) fn table(&self, me: usize, other: usize) -> &ConflictTable {
+        &self.tables[me * self.classes.len() + other]
     }
 
     /// From when until when a step forbids another to stand still beside it, within its margins of
@@ -233,7 +233,7 @@ impl Steps {
         // At the beginning, and when either or both have arrived.
         let rises = [0, mine, -theirs, mine - theirs];
         let heights = rises.map(|rise| one.at[2] - other.at[2] + rise);
-        let bodies = self.pair(one.class, other.class).extent.bodies;
+        let bodies = self.table(one.class, other.class).extent.bodies;
         heights.iter().any(|height| height.abs() < bodies)
     }
 

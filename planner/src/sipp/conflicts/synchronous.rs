@@ -4,9 +4,9 @@
 use rayon::prelude::*;
 
 use super::directions::{index, neighbour};
-use super::pair::Extent;
 use super::shape::{LateStep, Shape};
 use super::steps::{Pace, Steps};
+use super::table::Extent;
 
 /// Directions of a step along one axis, the first of them none.
 pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
@@ -120,27 +120,9 @@ pub(crate) struct SynchronousSteps<'a> {
     /// How far two drones may be apart on their steps within the time margins (parts of a step).
     apart: f64,
     /// `[class][other class]`.
-    pairs: Vec<Pair>,
+    tables: Vec<SynchronousTable>,
     /// Whether air takes its time.
     is_late: bool,
-}
-
-#[derive(Debug)]
-struct Pair {
-    /// Of the table.
-    extent: Extent,
-    /// `[direction][direction][dz][dy][dx]`: loads on both, or [`TOO_NEAR`].
-    meetings: Vec<[u8; 2]>,
-    /// The same of a step that led the first to where it is, and the second's next; empty without
-    /// time margins.
-    crossings: Vec<[u8; 2]>,
-    /// As the meetings, what late air means; empty where it takes no time.
-    lates: Vec<LateStep>,
-    /// By directions of the first, before and now: columns in which something can matter.
-    near: Vec<Vec<[i32; 2]>>,
-    /// Columns in which something can matter to a step from or to a stop beside the lattice, or one
-    /// there to it: one more on every side.
-    all: Vec<[i32; 2]>,
 }
 
 /// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen
@@ -177,28 +159,29 @@ impl<'a> SynchronousSteps<'a> {
         let count = steps.class_count();
         let is_late = steps.lingers > 0;
         let late = is_late.then_some((ticks, shift));
-        let alone = (steps.shapes.par_iter()).map(|shape| Pair::new(shape, apart, late));
-        let mut pairs: Vec<Pair> = alone.collect();
-        let columns = (0..pairs.len()).map(|it| {
+        let alone =
+            (steps.shapes.par_iter()).map(|shape| SynchronousTable::new(shape, apart, late));
+        let mut tables: Vec<SynchronousTable> = alone.collect();
+        let columns = (0..tables.len()).map(|it| {
             let reversed = it % count * count + it / count;
-            pairs[it].columns(&pairs[reversed])
+            tables[it].columns(&tables[reversed])
         });
         let columns: Vec<_> = columns.collect();
-        for (pair, near) in pairs.iter_mut().zip(columns) {
-            pair.near = near;
+        for (table, near) in tables.iter_mut().zip(columns) {
+            table.near = near;
         }
         SynchronousSteps {
             steps,
             ticks,
             apart,
-            pairs,
+            tables,
             is_late,
         }
     }
 
     /// For how many rounds air matters after the one in which it left.
     pub(crate) fn rounds_back(&self) -> usize {
-        let all = self.pairs.iter().flat_map(|pair| &pair.lates);
+        let all = self.tables.iter().flat_map(|table| &table.lates);
         let rounds = all.map(|it| it.rounds[1].max(if it.load > 0 { it.lasts } else { 0 }));
         usize::from(rounds.max().unwrap_or(0))
     }
@@ -232,8 +215,8 @@ impl<'a> SynchronousSteps<'a> {
             return shape.late(by, offset, (self.ticks, shift));
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
-        let pair = self.pair(one.class, other.class);
-        pair.late_at([direction, others], offset)
+        let table = self.table(one.class, other.class);
+        table.late_at([direction, others], offset)
     }
 
     /// Whether wakes of two steps reach down to one another, or bodies may touch; steps from and to
@@ -245,19 +228,19 @@ impl<'a> SynchronousSteps<'a> {
         (self.steps).can_meet(&one.pace(direction), &other.pace(others), true)
     }
 
-    fn pair(&self, class: usize, other: usize) -> &Pair {
-        &self.pairs[class * self.steps.class_count() + other]
+    fn table(&self, class: usize, other: usize) -> &SynchronousTable {
+        &self.tables[class * self.steps.class_count() + other]
     }
 
     /// Columns around the beginning of a step in which others can matter to it: those on the
     /// lattice, or all where some are `beside`.
     pub(crate) fn near(&self, one: &Stride, other: usize, beside: bool) -> &[[i32; 2]] {
-        let pair = self.pair(one.class, other);
+        let table = self.table(one.class, other);
         match (one.came, one.course) {
             (Course::Axis(before), Course::Axis(direction)) if !beside => {
-                &pair.near[before * DIRECTIONS.len() + direction]
+                &table.near[before * DIRECTIONS.len() + direction]
             }
-            _ => &pair.all,
+            _ => &table.all,
         }
     }
 
@@ -298,8 +281,8 @@ impl<'a> SynchronousSteps<'a> {
             return shape.synchronous([by, by_other], offset, [-self.apart, self.apart]);
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
-        let pair = self.pair(one.class, other.class);
-        let met = pair.at(&pair.meetings, [direction, others], offset);
+        let table = self.table(one.class, other.class);
+        let met = table.at(&table.meetings, [direction, others], offset);
         if met != TOO_NEAR {
             return Some(met);
         }
@@ -316,8 +299,8 @@ impl<'a> SynchronousSteps<'a> {
             return shape.synchronous([by, other.course.by()], offset, crossing(self.apart));
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
-        let pair = self.pair(one.class, other.class);
-        let met = pair.at(&pair.crossings, [before, others], offset);
+        let table = self.table(one.class, other.class);
+        let met = table.at(&table.crossings, [before, others], offset);
         if met != TOO_NEAR {
             return Some(met);
         }
@@ -336,9 +319,28 @@ fn crossing(apart: f64) -> [f64; 2] {
     [1.0 - apart, 1.0 + apart]
 }
 
-impl Pair {
+/// What two classes do to one another on synchronous steps.
+#[derive(Debug)]
+struct SynchronousTable {
+    /// Of the table.
+    extent: Extent,
+    /// `[direction][direction][dz][dy][dx]`: loads on both, or [`TOO_NEAR`].
+    meetings: Vec<[u8; 2]>,
+    /// The same of a step that led the first to where it is, and the second's next; empty without
+    /// time margins.
+    crossings: Vec<[u8; 2]>,
+    /// As the meetings, what late air means; empty where it takes no time.
+    lates: Vec<LateStep>,
+    /// By directions of the first, before and now: columns in which something can matter.
+    near: Vec<Vec<[i32; 2]>>,
+    /// Columns in which something can matter to a step from or to a stop beside the lattice, or one
+    /// there to it: one more on every side.
+    all: Vec<[i32; 2]>,
+}
+
+impl SynchronousTable {
     /// Without columns.
-    fn new(shape: &Shape, apart: f64, late: Option<(u32, f64)>) -> Pair {
+    fn new(shape: &Shape, apart: f64, late: Option<(u32, f64)>) -> SynchronousTable {
         // Room for who is not where it is taken to be.
         let more = i32::from(apart > 0.0);
         let extent = Extent {
@@ -387,7 +389,7 @@ impl Pair {
         });
         let wide = -extent.reach - 1..=extent.reach + 1;
         let row = |dy: i32| wide.clone().map(move |dx| [dx, dy]);
-        Pair {
+        SynchronousTable {
             extent,
             meetings,
             crossings,
@@ -397,9 +399,9 @@ impl Pair {
         }
     }
 
-    /// By directions of the first, before and now: columns in which something can matter, the pair
+    /// By directions of the first, before and now: columns in which something can matter, the table
     /// the other way round given.
-    fn columns(&self, reversed: &Pair) -> Vec<Vec<[i32; 2]>> {
+    fn columns(&self, reversed: &SynchronousTable) -> Vec<Vec<[i32; 2]>> {
         let offsets: Vec<[i32; 3]> = offsets(self.extent).collect();
         let matters = |before: usize, direction: usize| {
             let is_something = |[dx, dy, dz]: [i32; 3]| {

@@ -25,8 +25,9 @@ pub(super) struct Extent {
 /// By so many layers two steps may come farther from one another.
 const CLIMBS: i32 = 2;
 
+/// What two classes do to one another, by directions and offset.
 #[derive(Debug)]
-pub(super) struct Pair {
+pub(super) struct ConflictTable {
     pub(super) extent: Extent,
     /// `[directions kept][column][dz]`, which of `spans` it is.
     kinds: Vec<u16>,
@@ -58,13 +59,13 @@ pub(super) struct Near {
     column: usize,
 }
 
-impl Pair {
+impl ConflictTable {
     /// `lasts` is asked for layers of the second above the first, `spans_of` for direction,
     /// direction and the column of the second; it says by layer.
     pub(super) fn new(
         (extent, lasts): (Extent, &dyn Fn(i32) -> [u32; 2]),
         spans_of: impl Fn(usize, usize, [i32; 2]) -> Vec<Span> + Sync,
-    ) -> Pair {
+    ) -> ConflictTable {
         let aside = -extent.reach..=extent.reach;
         let columns: Vec<[i32; 2]> = aside
             .clone()
@@ -118,7 +119,7 @@ impl Pair {
             };
             columns.iter().map(at)
         };
-        let mut pair = Pair {
+        let mut table = ConflictTable {
             extent,
             kinds,
             spans,
@@ -143,7 +144,7 @@ impl Pair {
             offsets
                 .map(|(near, dz)| {
                     let [dx, dy] = near.aside;
-                    ([dx, dy, dz], pair.span([STILL, others], near, dz))
+                    ([dx, dy, dz], table.span([STILL, others], near, dz))
                 })
                 .filter(|(_, span)| !span.is_empty() || span.price > 0)
                 .collect()
@@ -152,12 +153,12 @@ impl Pair {
             let is_something = |kind: &u16| *kind != 0;
             let matters = |near: &&Near| {
                 (others.clone())
-                    .any(|others| pair.layers_of([direction, others], near).any(is_something))
+                    .any(|others| table.layers_of([direction, others], near).any(is_something))
             };
             all_near.iter().filter(matters).copied().collect()
         };
         let directions = (0..DIRECTIONS).into_par_iter();
-        (pair.hovering, pair.near, pair.near_still) = (
+        (table.hovering, table.near, table.near_still) = (
             directions.clone().map(hovering).collect(),
             directions
                 .clone()
@@ -167,7 +168,7 @@ impl Pair {
                 .map(|direction| near_to(direction, STILL..STILL + 1))
                 .collect(),
         );
-        pair
+        table
     }
 
     /// What a step does to another that begins so many layers above it in a column.
