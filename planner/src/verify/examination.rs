@@ -122,6 +122,10 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     for (drone, claims) in examined.drones.iter_mut().zip(&file.claims.drones) {
         drone.arrives_s = arrives_s(&file.plan, drone, claims.arrives_s);
     }
+    let is_planned = |it: &&DronePlan| !file.plan.unplanned.iter().any(|un| un.name == it.name);
+    let arrivals = || (examined.drones.iter().filter(is_planned)).map(|it| it.arrives_s);
+    (examined.fleet.makespan_s, examined.fleet.sum_of_arrivals_s) =
+        (arrivals().fold(0.0, f64::max), arrivals().sum());
     let plan = &examined;
     let (scene, malformed) = contents::read(plan);
     // What contradicts itself has no figures to compare.
@@ -138,6 +142,7 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
         list: Vec::new(),
         late: &late,
         file,
+        examined: plan,
         report: &report,
         judged_by,
     };
@@ -147,11 +152,6 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let differences = differences.list;
     let (unplanned, untold) = (examined.unplanned.clone(), report.untold);
     let mut plan = judged(examined, report, unplanned);
-    let is_planned = |it: &&DronePlan| !plan.unplanned.iter().any(|un| un.name == it.name);
-    let arrivals = || plan.drones.iter().filter(is_planned).map(|it| it.arrives_s);
-    let (makespan_s, sum_s) = (arrivals().fold(0.0, f64::max), arrivals().sum());
-    plan.fleet.makespan_s = makespan_s;
-    plan.fleet.sum_of_arrivals_s = sum_s;
     for (drone, late) in plan.drones.iter_mut().zip(&late) {
         drone.may_be_late_s = late.as_ref().map(|it| it.late_s);
     }
@@ -244,6 +244,8 @@ struct Differences<'a> {
     /// How late each drone may be, where that was asked for.
     late: &'a [Option<Lateness>],
     file: &'a PlanFile,
+    /// Its plan with the arrivals that follow.
+    examined: &'a Plan,
     report: &'a Report,
     /// The plan as it was read, and who is near whom in it.
     judged_by: Option<(&'a Scene<'a>, &'a [Vec<Encounter>])>,
@@ -259,41 +261,30 @@ impl Differences<'_> {
         let is_planned =
             |drone: &&DronePlan| !plan.unplanned.iter().any(|it| it.name == drone.name);
         let planned = || {
-            plan.drones
-                .iter()
-                .zip(&claims.drones)
-                .filter(|(it, _)| is_planned(it))
+            let all = plan.drones.iter().zip(&claims.drones);
+            all.filter(|(it, _)| is_planned(it))
         };
-        let arrivals = planned().map(|(drone, stated)| arrives_s(plan, drone, stated.arrives_s));
-        let arrivals: Vec<f64> = arrivals.collect();
-        let many = arrivals.len().max(1) as f64;
+        let slack_s = TIME_S * planned().count().max(1) as f64;
         let alone = planned()
             .map(|(_, stated)| stated.alone_s)
             .sum::<Option<f64>>();
-        let energies = self.report.exposures.iter().map(|it| it.extra_energy_j);
-        let energy_j: f64 = energies.sum();
-        let makespan_s = arrivals.iter().copied().fold(0.0, f64::max);
-        let fleet = claims.fleet;
+        let energy_j = self.report.extra_energy_j();
+        let (fleet, found) = (claims.fleet, &self.examined.fleet);
         self.number(
             None,
             "fleet.makespan_s",
             fleet.makespan_s,
-            (makespan_s, TIME_S),
+            (found.makespan_s, TIME_S),
         );
-        let sum_s = arrivals.iter().sum();
         self.number(
             None,
             "fleet.sum_of_arrivals_s",
             fleet.sum_of_arrivals_s,
-            (sum_s, TIME_S * many),
+            (found.sum_of_arrivals_s, slack_s),
         );
         if let Some(alone_s) = alone {
-            self.number(
-                None,
-                "fleet.sum_alone_s",
-                fleet.sum_alone_s,
-                (alone_s, TIME_S * many),
-            );
+            let alone_s = (alone_s, slack_s);
+            self.number(None, "fleet.sum_alone_s", fleet.sum_alone_s, alone_s);
         }
         let slack_j = DOSE.0 * energy_j + 1e-6;
         self.number(
@@ -302,11 +293,7 @@ impl Differences<'_> {
             fleet.extra_energy_j,
             (energy_j, slack_j),
         );
-        let status = match (self.report.violations.is_empty(), plan.unplanned.is_empty()) {
-            (false, _) => Status::Unsafe,
-            (true, false) => Status::Partial,
-            (true, true) => Status::Safe,
-        };
+        let status = self.report.status(&plan.unplanned);
         if let Some(stated) = claims.status.filter(|it| *it != status) {
             let told = |status: Status| format!("\"{}\"", status.as_str());
             self.tell(None, "status", told(stated), told(status));
@@ -343,8 +330,8 @@ impl Differences<'_> {
             stated.airframe.hover_induced_velocity_mps,
             (u_h_mps, slack_mps),
         );
-        let arrival_s = arrives_s(&self.file.plan, drone, stated.arrives_s);
         if !is_unplanned {
+            let arrival_s = self.examined.drones[k].arrives_s;
             self.number(Some(k), "arrives_s", stated.arrives_s, (arrival_s, TIME_S));
         }
         let met = &self.report.exposures[k];

@@ -83,6 +83,22 @@ pub struct Report {
     pub zone_air: Vec<ZoneAir>,
 }
 
+impl Report {
+    /// The answer in one word, where these drones stay behind.
+    fn status(&self, unplanned: &[Unplanned]) -> Status {
+        match (self.violations.is_empty(), unplanned.is_empty()) {
+            (false, _) => Status::Unsafe,
+            (true, false) => Status::Partial,
+            (true, true) => Status::Safe,
+        }
+    }
+
+    /// What downwash costs the fleet (J).
+    fn extra_energy_j(&self) -> f64 {
+        self.exposures.iter().map(|it| it.extra_energy_j).sum()
+    }
+}
+
 /// Violations of one kind by one drone with others that are told: chosen here, no way out of such a
 /// crowd is by one drone.
 const CROWD: usize = 64;
@@ -324,6 +340,8 @@ fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
 
 /// Writes what the verifier found, and why some drones stay behind, into a plan.
 pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
+    plan.status = report.status(&unplanned);
+    plan.fleet.extra_energy_j = report.extra_energy_j();
     for (drone, met) in plan.drones.iter_mut().zip(report.exposures) {
         drone.worst_air_mps = met.worst_air_mps;
         drone.worst_air_from = met.worst_air_from;
@@ -334,14 +352,6 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
         // Told of another plan.
         drone.may_be_late_s = None;
     }
-    plan.fleet.extra_energy_j = plan.drones.iter().map(|drone| drone.extra_energy_j).sum();
-    plan.status = if !report.violations.is_empty() {
-        Status::Unsafe
-    } else if !unplanned.is_empty() {
-        Status::Partial
-    } else {
-        Status::Safe
-    };
     plan.zone_air = report.zone_air;
     plan.violations = report.violations;
     plan.unplanned = unplanned;
