@@ -135,10 +135,7 @@ impl Costmap {
 
     /// Whether it is more than a share between two ticks, in any of the parts that last then.
     pub fn is_filled_during(&self, drone: DroneId, [start, end]: [Tick; 2], share: f64) -> bool {
-        let items = self.timeline.of(drone);
-        let first = items.partition_point(|&item| self.timeline.item(item).leg.end <= start);
-        let lasting = items[first..].iter().map(|&item| self.timeline.item(item));
-        let mut lasting = lasting.take_while(|item| item.leg.start < end);
+        let mut lasting = self.timeline.lasting(drone, [start, end]);
         let is_more = |sum: u64| sum as f64 / f64::from(self.budget) > share;
         lasting.any(|item| is_more(item.peak) && is_more(item.filled(start, end)))
     }
@@ -436,11 +433,7 @@ impl Costmap {
         let (budget, price_s) = (self.budget_of(leg, true), verdict.price_s);
         for part in parts(leg) {
             let own = Footprint::around(&part, 0.0);
-            let [since, until] = self.window(&part);
-            let items = self.timeline.of(drone);
-            let first = items.partition_point(|&it| self.timeline.item(it).leg.end <= since);
-            let lasting = items[first..].iter().map(|&item| self.timeline.item(item));
-            for item in lasting.take_while(|item| item.leg.start < until) {
+            for item in self.timeline.lasting(drone, self.window(&part)) {
                 if self.is_in_time(&part, &item.leg) && !self.bears_easily(&part, &own, item) {
                     let end_z_m = self.wake_end_z_m(&part);
                     self.judge_one((&part, budget), end_z_m, item, verdict);

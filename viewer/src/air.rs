@@ -157,8 +157,7 @@ impl<'a> AirOfPlan<'a> {
             return None;
         }
         let path = &member.drone.trajectory;
-        let after = path.t_s.partition_point(|&t_s| t_s <= at_s);
-        let kind = *member.kinds.get(after.saturating_sub(1))?;
+        let kind = *member.kinds.get(path.point_at(at_s).unwrap_or(0))?;
         Some((path.position_m(at_s)?, kind))
     }
 

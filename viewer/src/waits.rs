@@ -171,7 +171,7 @@ fn crawls(drone: &DronePlan) -> Vec<(f64, f64)> {
     let steps = (last_s / LOOK_S) as usize;
     // However long it rests, its beginning and its end will do.
     let rests_until_s = |t_s: f64| {
-        let piece = path.t_s.partition_point(|it| *it <= t_s).checked_sub(1)?;
+        let piece = path.point_at(t_s)?;
         let [from_m, to_m] = [piece, piece + 1].map(|it| path.position_m.get(it));
         let control_m = path.control_m.get(piece).into_iter().flatten();
         let rests = from_m == to_m && { control_m }.all(|it| Some(it) == from_m);

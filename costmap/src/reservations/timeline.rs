@@ -218,6 +218,18 @@ impl Timeline {
         &self.of_drones[drone.0 as usize]
     }
 
+    /// Those that last between two ticks.
+    pub(crate) fn lasting(
+        &self,
+        drone: DroneId,
+        [start, end]: [Tick; 2],
+    ) -> impl Iterator<Item = &Item> {
+        let items = self.of(drone);
+        let first = items.partition_point(|&it| self.item(it).leg.end <= start);
+        let lasting = items[first..].iter().map(|&it| self.item(it));
+        lasting.take_while(move |item| item.leg.start < end)
+    }
+
     /// Takes a drone's items out. What they brought others is forgotten by [`Timeline::forget`].
     pub fn remove(&mut self, drone: DroneId) {
         for index in std::mem::take(&mut self.of_drones[drone.0 as usize]) {

@@ -577,8 +577,7 @@ impl TrajectoryEntry {
             velocity_mps: Vector3::zeros(),
             acceleration_mps2: Vector3::zeros(),
         };
-        let after = self.t_s.partition_point(|&t_s| t_s <= at_s);
-        let Some(piece) = after.checked_sub(1) else {
+        let Some(piece) = self.point_at(at_s) else {
             return self.position_m.first().map(at_rest);
         };
         let Some(motion) = self.motion(piece) else {
@@ -589,6 +588,12 @@ impl TrajectoryEntry {
             velocity_mps: motion.velocity_mps(at_s),
             acceleration_mps2: motion.acceleration_mps2(at_s),
         })
+    }
+
+    /// Index of the last point at or before a time (s); `None`: there is none.
+    pub fn point_at(&self, at_s: f64) -> Option<usize> {
+        let after = self.t_s.partition_point(|&t_s| t_s <= at_s);
+        after.checked_sub(1)
     }
 
     /// The piece between a point and the next; `None`: there is none, or it takes no time.

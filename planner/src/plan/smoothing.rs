@@ -218,14 +218,14 @@ impl Kernel {
         let mut path = TrajectoryEntry::default();
         for at_s in t_s {
             let has_s = at_s + self.half_s() + ONE_POINT_S;
-            let begun = flown.t_s.partition_point(|it| *it <= has_s);
+            let begun = flown.point_at(has_s).unwrap_or(0);
             let mut place_m = flown.position_m(at_s)?;
             for Change { at_s: of_s, by_mps } in self.under_way(&changes, at_s) {
                 place_m -= by_mps * self.deviation_s(at_s - of_s);
             }
             path.t_s.push(at_s);
             path.position_m.push(place_m);
-            path.mass_kg.push(flown.mass_kg[begun.saturating_sub(1)]);
+            path.mass_kg.push(flown.mass_kg[begun]);
         }
         let again = self.smooth(&path)?;
         let is_there = |(at_s, place_m): (&f64, &Point3<f64>)| {

@@ -79,7 +79,7 @@ impl Track {
 
     /// The same of a path that is flown as it is.
     fn state_from(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
-        let index = self.legs.partition_point(|leg| leg.end <= at);
+        let index = self.first_after(at);
         let Some(leg) = self.legs.get(index).filter(|leg| leg.start <= at) else {
             return State::Absent;
         };
@@ -97,7 +97,7 @@ impl Track {
             _ => leg.end,
         };
         let since = at.before(self.lingers);
-        let first = self.legs.partition_point(|leg| leg.end <= since);
+        let first = self.first_after(since);
         let begun = self.legs[first..].iter().filter(|leg| leg.start < departs);
         // Flown to its end is what moves.
         let cut = |leg: &Leg| match leg.stays() {
@@ -108,7 +108,7 @@ impl Track {
         let at_m = begun.last().map_or(leg.from_m, |leg| leg.to_m);
         // A leg down or up counts as flown: a drone that stays there before or after it is on the
         // ground.
-        let past = self.legs.partition_point(|leg| leg.end <= departs);
+        let past = self.first_after(departs);
         let mut around = self.legs[past.saturating_sub(1)..].iter().take(2);
         let grounded = if past == 0 {
             !leg.flying || self.agent.grounded
@@ -155,7 +155,7 @@ impl Track {
     pub(super) fn dwells(&self, roadmap: &Roadmap) -> Vec<(Tick, Tick)> {
         let mut dwells = Vec::with_capacity(self.agent.waypoints.len());
         let mut from = self.since;
-        let mut index = self.legs.partition_point(|leg| leg.end <= from);
+        let mut index = self.first_after(from);
         for (waypoint, kind) in self.agent.waypoints.iter().zip(&self.agent.kinds[1..]) {
             let goal_m = roadmap.position_m(waypoint.distances.goal());
             let dwell = loop {
@@ -172,7 +172,7 @@ impl Track {
                 index += 1;
             };
             from = dwell.1;
-            index = self.legs.partition_point(|leg| leg.end <= from);
+            index = self.first_after(from);
             dwells.push(dwell);
         }
         dwells
@@ -286,6 +286,11 @@ impl Track {
         self.legs = joined(std::mem::take(&mut self.legs));
     }
 
+    /// Index of the first leg that lasts beyond a moment.
+    fn first_after(&self, at: Tick) -> usize {
+        self.legs.partition_point(|leg| leg.end <= at)
+    }
+
     /// Whether it, and its air, is gone at a moment and nothing of what it flew matters any more.
     pub(super) fn has_left(&self, at: Tick) -> bool {
         let matters = 2 * self.agent.lead_ticks() + self.lingers;
@@ -367,9 +372,9 @@ pub(crate) fn legs_of(
     let mut leg = |start: Tick, end: Tick, [from_m, to_m]: [Point3<f64>; 2]| {
         let (from_s, to_s) = (start.seconds() + 1e-9, end.seconds() - 1e-9);
         let last = entry.t_s.partition_point(|t_s| *t_s < to_s).max(1);
-        let first = entry.t_s.partition_point(|t_s| *t_s <= from_s).max(1);
+        let first = entry.point_at(from_s).unwrap_or(0);
         // The heaviest counts where a mass changes within a tick: its wake is stronger.
-        let masses_kg = entry.mass_kg[first - 1..last].iter().copied();
+        let masses_kg = entry.mass_kg[first..last].iter().copied();
         Leg {
             drone,
             kind: kind(masses_kg.fold(0.0, f64::max)),

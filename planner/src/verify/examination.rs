@@ -204,7 +204,7 @@ fn worst_air(plan: &Plan, report: &Report) -> Option<WorstAir> {
     let of_one = |(drone, met): (&DronePlan, &super::DroneExposure)| {
         let at_s = met.worst_air_at_s?;
         let entry = &drone.trajectory;
-        let point = entry.t_s.partition_point(|t_s| *t_s <= at_s).max(1) - 1;
+        let point = entry.point_at(at_s).unwrap_or(0);
         let mass_kg = *entry.mass_kg.get(point)?;
         let airframe = drone.airframe.airframe().ok()?;
         let u_h_mps = airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);

@@ -73,8 +73,7 @@ pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment<'_>> {
         at_m: drone.trajectory.position_m(at_s)?,
         from: source.and_then(|source| {
             let path = &source.trajectory;
-            let after = path.t_s.partition_point(|&t_s| t_s <= at_s);
-            let mass_kg = mass_kg(source, after.saturating_sub(1));
+            let mass_kg = mass_kg(source, path.point_at(at_s).unwrap_or(0));
             let outline = WakeOutlines::new(plan).of(source, path.position_m(at_s)?, mass_kg);
             Some((&source.name[..], outline))
         }),
