@@ -5,27 +5,12 @@ mod exposure;
 mod iso_speed;
 mod moved;
 
+use diagnosis::statistics::draws::Draws;
 use parry3d::math::Vector;
 
-/// SplitMix64: the same random numbers on every machine.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn point(&mut self, reach: f64) -> nalgebra::Point3<f64> {
-        [0; 3].map(|_| self.between(-reach, reach)).into()
-    }
+/// A point of a cube about the origin.
+fn random_point(random: &mut Draws, reach: f64) -> nalgebra::Point3<f64> {
+    [0; 3].map(|_| random.between(-reach, reach)).into()
 }
 
 fn wake_of(preset: &str) -> airflow::Wake {

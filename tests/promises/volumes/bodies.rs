@@ -1,9 +1,10 @@
 //! The frustum against its closed form, and bodies on the move.
 
-use super::{Random, signed_distance_m};
+use super::{random_point, signed_distance_m};
 use costmap::volumes::frame::{centred, upright};
 use costmap::volumes::frustum::Frustum;
 use costmap::volumes::swept::{Mover, SEPARATION_M, may_meet};
+use diagnosis::statistics::draws::Draws;
 use nalgebra::{Point3, Vector3};
 use parry3d::math::{Pose, Rotation, Vector};
 use parry3d::query::details::intersection_test_support_map_support_map as support_maps_meet;
@@ -15,15 +16,15 @@ use std::f64::consts::PI;
 /// Measured with margin.
 const GJK_M: f64 = 1e-6;
 
-fn random_frustum(random: &mut Random) -> Frustum {
+fn random_frustum(random: &mut Draws) -> Frustum {
     let (top, bottom) = (random.between(0.0, 1.5), random.between(0.0, 1.5));
     Frustum::new(random.between(0.01, 3.0), top, bottom).expect("positive lengths")
 }
 
-fn random_pose(random: &mut Random, reach: f64) -> Pose {
-    let axis = random.point(1.0);
+fn random_pose(random: &mut Draws, reach: f64) -> Pose {
+    let axis = random_point(random, 1.0);
     let turn = Vector::new(axis.x, axis.y, axis.z) * PI;
-    let at = random.point(reach);
+    let at = random_point(random, reach);
     Pose::from_parts(
         Vector::new(at.x, at.y, at.z),
         Rotation::from_scaled_axis(turn),
@@ -31,15 +32,15 @@ fn random_pose(random: &mut Random, reach: f64) -> Pose {
 }
 
 /// A point of a frustum, in its own frame.
-fn random_inside(random: &mut Random, frustum: &Frustum) -> Vector {
+fn random_inside(random: &mut Draws, frustum: &Frustum) -> Vector {
     loop {
-        let at = random.point(1.5);
+        let at = random_point(random, 1.5);
         let at = Vector::new(at.x, at.y * frustum.height_m() / 3.0, at.z);
         if signed_distance_m(frustum, at) <= 0.0 {
             return at;
         }
         // As thin as a needle: its axis will do.
-        if random.unit() < 0.02 {
+        if random.uniform() < 0.02 {
             return Vector::new(0.0, at.y, 0.0);
         }
     }
@@ -61,12 +62,12 @@ fn least(f: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn the_support_map_and_the_closed_form_agree_on_balls() {
-    let mut random = Random(10);
+    let mut random = Draws::new(10);
     let mut met = 0;
     for _ in 0..100_000 {
         let frustum = random_frustum(&mut random);
         let ball = Ball::new(random.between(0.01, 1.0));
-        let at = random.point(1.5);
+        let at = random_point(&mut random, 1.5);
         let centre = Vector::new(at.x, at.y, at.z);
         let gap_m = signed_distance_m(&frustum, centre) - ball.radius;
         let pose = Pose::from_translation(centre);
@@ -89,7 +90,7 @@ fn the_support_map_and_the_closed_form_agree_on_balls() {
 
 #[test]
 fn the_support_point_is_on_the_frustum_and_nothing_lies_beyond_it() {
-    let mut random = Random(11);
+    let mut random = Draws::new(11);
     for _ in 0..20_000 {
         let frustum = random_frustum(&mut random);
         let direction = random_pose(&mut random, 1.0).translation.normalize();
@@ -114,14 +115,17 @@ fn lengths_no_frustum_has_are_refused() {
 
 #[test]
 fn two_moving_bodies_are_said_to_meet_exactly_when_they_do() {
-    let mut random = Random(15);
+    let mut random = Draws::new(15);
     let mut met = 0;
     for round in 0..4_000 {
         let frustum = random_frustum(&mut random);
         let (half_m, radius_m) = (random.between(0.05, 1.0), random.between(0.05, 0.5));
         let capsule = Capsule::new_y(half_m, radius_m);
         let (at_a, at_b) = (random_pose(&mut random, 1.5), random_pose(&mut random, 1.5));
-        let (by_a, mut by_b) = (random.point(1.5).coords, random.point(1.5).coords);
+        let (by_a, mut by_b) = (
+            random_point(&mut random, 1.5).coords,
+            random_point(&mut random, 1.5).coords,
+        );
         if round % 10 == 0 {
             by_b = by_a; // at rest relative to each other
         }
@@ -153,14 +157,14 @@ fn two_moving_bodies_are_said_to_meet_exactly_when_they_do() {
 
 #[test]
 fn a_sweep_holds_every_place_on_the_way() {
-    let mut random = Random(16);
+    let mut random = Draws::new(16);
     for _ in 0..20_000 {
         let frustum = random_frustum(&mut random);
         let start = random_pose(&mut random, 3.0);
-        let way = random.point(5.0).coords;
+        let way = random_point(&mut random, 5.0).coords;
         let mover = Mover::new(&frustum, start, way).expect("finite");
         let inside = random_inside(&mut random, &frustum);
-        let t = random.unit();
+        let t = random.uniform();
         let there = start * inside + Vector::new(way.x, way.y, way.z) * t;
         let speck = Ball::new(1e-9);
         let at = centred(Point3::new(there.x, there.y, there.z)).expect("finite");
@@ -176,13 +180,13 @@ fn a_sweep_holds_every_place_on_the_way() {
 /// depends on.
 #[test]
 fn overlap_without_relative_motion_is_caught_although_parrys_cast_misses_it() {
-    let mut random = Random(18);
+    let mut random = Draws::new(18);
     let (mut overlaps, mut missed) = (0, 0);
     for _ in 0..2_000 {
         let cylinder = Cylinder::new(random.between(0.01, 1.5), random.between(0.0, 1.5));
         let ball = Ball::new(0.3);
         let at_cylinder = upright(Point3::origin()).expect("finite");
-        let at_ball = centred(random.point(1.0)).expect("finite");
+        let at_ball = centred(random_point(&mut random, 1.0)).expect("finite");
         if !support_maps_meet(&at_cylinder.inv_mul(&at_ball), &cylinder, &ball) {
             continue;
         }

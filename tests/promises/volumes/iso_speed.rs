@@ -1,9 +1,10 @@
 //! Column, cone and volume against the field of `airflow`.
 
-use super::{Random, signed_distance_m, wake_of};
+use super::{signed_distance_m, wake_of};
 use airflow::{Airframe, Wake};
 use costmap::volumes::downwash::{Section, column, cone};
 use costmap::volumes::iso_speed::IsoSpeedVolume;
+use diagnosis::statistics::draws::Draws;
 use nalgebra::{Point3, Vector3};
 use parry3d::math::Vector;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -46,7 +47,7 @@ fn end_m(volume: &IsoSpeedVolume) -> f64 {
 
 #[test]
 fn no_point_above_the_limit_lies_outside_the_volume() {
-    let mut random = Random(1);
+    let mut random = Draws::new(1);
     for_each_volume(|wake, limit_mps, volume, case| {
         let end_m = end_m(volume);
         let widest_m = volume
@@ -58,8 +59,8 @@ fn no_point_above_the_limit_lies_outside_the_volume() {
         for _ in 0..POINTS {
             let offset_m = at(
                 random.between(-0.05, 1.05) * end_m,
-                1.5 * widest_m * random.unit().sqrt(),
-                TAU * random.unit(),
+                1.5 * widest_m * random.uniform().sqrt(),
+                TAU * random.uniform(),
             );
             if wake.axial_speed_mps(offset_m) > limit_mps {
                 above += 1;
@@ -77,7 +78,7 @@ fn no_point_above_the_limit_lies_outside_the_volume() {
 /// hub.
 #[test]
 fn just_outside_the_volume_no_point_is_above_the_limit() {
-    let mut random = Random(2);
+    let mut random = Draws::new(2);
     for_each_volume(|wake, limit_mps, volume, case| {
         for section in volume.sections() {
             for i in 0..POINTS / 10 {
@@ -87,7 +88,7 @@ fn just_outside_the_volume_no_point_is_above_the_limit() {
                 let azimuth = if i % 2 == 0 {
                     FRAC_PI_4
                 } else {
-                    TAU * random.unit()
+                    TAU * random.uniform()
                 };
                 let offset_m = at(depth_m, outside_m, azimuth);
                 let speed_mps = wake.axial_speed_mps(offset_m);
@@ -211,7 +212,7 @@ fn stacked_frusta_meet_and_never_grow_outwards_again() {
 
 #[test]
 fn the_cone_holds_exactly_the_points_within_the_half_width() {
-    let mut random = Random(3);
+    let mut random = Draws::new(3);
     for preset in Airframe::PRESETS {
         let wake = wake_of(preset);
         let rotor_m = Point3::new(3.0, -2.0, 12.0);
@@ -228,7 +229,7 @@ fn the_cone_holds_exactly_the_points_within_the_half_width() {
             if (xi - 1.0).abs() < 1e-9 {
                 continue; // undecidable after a rotation in floating point
             }
-            let offset_m = at(depth_m, xi * half_width_m, TAU * random.unit());
+            let offset_m = at(depth_m, xi * half_width_m, TAU * random.uniform());
             let far = depth_m >= wake.near_field_depth_m() && rotor_m.z - depth_m >= ends_at_z_m;
             let p = rotor_m + offset_m;
             let p = Vector::new(p.x, p.y, p.z);

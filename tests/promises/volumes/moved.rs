@@ -6,16 +6,17 @@ use airflow::effects::{
 };
 use costmap::volumes::downwash::{column, cone};
 use costmap::volumes::iso_speed::IsoSpeedVolume;
+use diagnosis::statistics::draws::Draws;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
-use super::{Random, wake_of};
+use super::wake_of;
 
 /// A wake under random effects, several at once.
-fn wake(random: &mut Random, preset: &str) -> Wake {
+fn wake(random: &mut Draws, preset: &str) -> Wake {
     let plain = wake_of(preset);
     let wind_mps = random.between(0.05, 0.3) * plain.induced_velocity_mps();
-    let (sin, cos) = (TAU * random.unit()).sin_cos();
+    let (sin, cos) = (TAU * random.uniform()).sin_cos();
     let crossflow = Crossflow {
         wind_mps: [wind_mps * cos, wind_mps * sin],
     };
@@ -38,7 +39,7 @@ fn wake(random: &mut Random, preset: &str) -> Wake {
     let wake_lean = WakeLean {
         share: random.between(0.0, 1.0),
     };
-    let mut maybe = || random.unit() < 0.5;
+    let mut maybe = || random.uniform() < 0.5;
     let effects = Effects {
         crossflow: maybe().then_some(crossflow),
         wake_tilt: maybe().then_some(wake_tilt),
@@ -60,7 +61,7 @@ const POINTS: usize = crate::samples(4_000, 20_000);
 
 #[test]
 fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
-    let mut random = Random(77);
+    let mut random = Draws::new(77);
     for case in 0..24 {
         let preset = ["kolibri", "offboard-2", "matrice-300"][case % 3];
         let wake = wake(&mut random, preset);
@@ -78,8 +79,8 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
             else {
                 continue;
             };
-            let radius_m = 3.0 * spread_m * random.unit();
-            let (sin, cos) = (TAU * random.unit()).sin_cos();
+            let radius_m = 3.0 * spread_m * random.uniform();
+            let (sin, cos) = (TAU * random.uniform()).sin_cos();
             let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
             if wake.axial_speed_mps(offset_m) > limit_mps {
                 above += 1;
@@ -98,18 +99,18 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
 
 #[test]
 fn rotor_tips_lie_in_the_column_of_a_moved_jet_and_it_has_no_cone() {
-    let mut random = Random(78);
+    let mut random = Draws::new(78);
     for case in 0..40 {
         let wake = wake(&mut random, ["kolibri", "matrice-300"][case % 2]);
         let near_m = wake.near_field_depth_m();
         let column = column(&wake);
         assert!(cone(&wake, 2.0 * near_m).is_none());
         for _ in 0..2000 {
-            let depth_m = random.unit() * near_m;
+            let depth_m = random.uniform() * near_m;
             let Some([x_m, y_m]) = wake.axis_m(depth_m) else {
                 continue;
             };
-            let (sin, cos) = (TAU * random.unit()).sin_cos();
+            let (sin, cos) = (TAU * random.uniform()).sin_cos();
             // Just inside: where nothing moves the axis the tips are the column's edge, to the last
             // bit.
             let radius_m = wake.tip_radius_m() * (1.0 - 1e-12);
