@@ -17,10 +17,7 @@ use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
 use crate::io::plans::Source;
-use crate::report::words::{ALPHA, count, joined, place, wrote};
-
-/// Fleets up to this size are told drone by drone how late each may be.
-const LIST_ALL_UP_TO: usize = 40;
+use crate::report::words::{ALPHA, LIST_ALL_UP_TO, count, joined, place, wrote};
 
 #[derive(Args)]
 pub(crate) struct Arguments {

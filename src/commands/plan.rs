@@ -21,9 +21,9 @@ use crate::io::problems;
 use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
 use crate::report::conflicts::{self, ConflictEntry};
-use crate::report::plan::{self as report, LIST_ALL_UP_TO};
+use crate::report::plan as report;
 use crate::report::sections::{Part, Report};
-use crate::report::words;
+use crate::report::words::{self, LIST_ALL_UP_TO};
 
 #[derive(Args)]
 pub(crate) struct Arguments {

@@ -5,12 +5,8 @@ use flight::paper::{Paper, Row};
 use flight::report::{Case, DroneFlight, Flight, FlightReport};
 
 use super::sections::{Figure, Part, Report};
-use super::words::{count, joined, shortest};
+use super::words::{LIST_ALL_UP_TO, LIST_MOST, count, joined, shortest};
 
-/// Fleets up to this size are listed whole.
-const LIST_ALL_UP_TO: usize = 40;
-/// How many of a larger fleet are listed.
-const LIST_WORST: usize = 15;
 /// How many are named in a line.
 const NAME_UP_TO: usize = 8;
 
@@ -114,7 +110,7 @@ fn drones(flown: &FlightReport) -> Vec<Part> {
     if flew > LIST_ALL_UP_TO {
         let over = |k: usize| most(&all, k, |it| it.worst_alpha) - first.drones[k].air_limit;
         listed.sort_by(|&a, &b| over(b).total_cmp(&over(a)).then(a.cmp(&b)));
-        listed.truncate(LIST_WORST);
+        listed.truncate(LIST_MOST);
     }
     let rows = listed.iter().map(|&k| {
         let drone = &first.drones[k];

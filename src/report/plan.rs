@@ -6,13 +6,9 @@ use planner::verify::lateness::LATEST_S;
 use viewer::Bottlenecks;
 
 use super::sections::{Part, Report};
-use super::words::{count, decimal, joined, place, tally};
+use super::words::{LIST_ALL_UP_TO, LIST_MOST, count, decimal, joined, place, tally};
 use crate::io::watch::Durations;
 
-/// Fleets up to this size are listed whole; it fits on a screen or two.
-pub(crate) const LIST_ALL_UP_TO: usize = 40;
-/// How many of a larger fleet are listed.
-const LIST_MOST_AFFECTED: usize = 15;
 /// Less air than this (m/s) prints as none: half of the last digit shown.
 const NO_AIR_MPS: f64 = 0.05;
 
@@ -115,7 +111,7 @@ fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
         let later = delay_b.total_cmp(delay_a);
         later.then(b.extra_energy_percent.total_cmp(&a.extra_energy_percent))
     });
-    let most = drones.into_iter().take(LIST_MOST_AFFECTED);
+    let most = drones.into_iter().take(LIST_MOST);
     most.map(|(_, drone)| drone).collect()
 }
 
@@ -318,7 +314,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         .text();
         assert_eq!(
             text.lines().filter(|line| line.starts_with("  d")).count(),
-            LIST_MOST_AFFECTED + 1
+            LIST_MOST + 1
         );
         assert!(text.contains("... and 185 more, delayed less"), "{text}");
         let better = "sum of costs 3.5 s lower";

@@ -7,6 +7,11 @@ use nalgebra::Point3;
 
 pub(crate) use tools::table::{count, figures, joined};
 
+/// Fleets up to this size are listed whole: chosen here, it fits on a screen or two.
+pub(crate) const LIST_ALL_UP_TO: usize = 40;
+/// How many of a larger fleet are listed: chosen here.
+pub(crate) const LIST_MOST: usize = 15;
+
 /// `(5, 6.25, 1)`: metres to the centimetre, without idle zeros.
 pub(crate) fn place(point: &Point3<f64>) -> String {
     let [x, y, z] = [point.x, point.y, point.z].map(decimal);
