@@ -77,7 +77,7 @@ pub fn plan_region(
         run.job.others_astray_m = others_astray_m;
         let mut all = all.clone();
         (all.planning.motion, all.convection) = (run.world.planning.motion, run.world.convection);
-        let costmap = run.job.costmap(&all, true, all.drones.len());
+        let costmap = run.job.costmap(&all, all.drones.len());
         Some((run.paths(costmap, fixed)?, Vec::new()))
     };
     let weaker = weaker(world);

@@ -188,7 +188,7 @@ impl Running {
         }
         let mut running = Running {
             solids: Arc::new(Solids::new(&world.obstacles)),
-            costmap: job.costmap(&world, true, 0),
+            costmap: job.costmap(&world, 0),
             steps: None,
             judgements: Judgements::default(),
             world,
@@ -228,8 +228,7 @@ impl Running {
         control: &Control<'_>,
     ) -> Result<Replanned, Vec<ChangeError>> {
         let at = self.moment(at_s).map_err(|error| vec![error])?;
-        let there =
-            |index: usize| self.tracks[index].state(&self.job.roadmap, at, false) != State::Absent;
+        let there = |index: usize| self.tracks[index].state(&self.job.roadmap, at) != State::Absent;
         let widest_m = self.job.roadmap.widest_m();
         let problems = change::problems(
             &self.world,
@@ -404,7 +403,7 @@ impl Running {
         let room = self.tracks.len() + SPARE_DRONES;
         // How far what they fly is from its legs.
         self.job.agents = self.tracks.iter().map(|it| it.agent.clone()).collect();
-        self.costmap = self.job.costmap(&self.world, true, room);
+        self.costmap = self.job.costmap(&self.world, room);
         self.steps = None;
         for track in &mut self.tracks {
             track.lingers = self.costmap.lingers();
@@ -738,12 +737,12 @@ impl Turn<'_> {
             .iter()
             .filter(|leg| leg.end > was)
             .all(Leg::stays);
-        if by == 0 || !track.planned || rests && track.state(roadmap, was, false) == State::Ends {
+        if by == 0 || !track.planned || rests && track.state(roadmap, was) == State::Ends {
             // It is where it stays.
             return;
         }
         track.fall_behind(roadmap, at, by);
-        let settled = track.state(roadmap, at, false) == State::Ends;
+        let settled = track.state(roadmap, at) == State::Ends;
         let entry = &mut self.running.plan.drones[index];
         entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
         self.ask(index, Cause::Late, settled, None);
@@ -799,7 +798,7 @@ impl Turn<'_> {
             at_m,
             grounded,
             ..
-        } = track.state(roadmap, self.at, true)
+        } = track.state_without_tasks(roadmap, self.at)
         else {
             return;
         };

@@ -56,9 +56,18 @@ pub(super) enum State {
 }
 
 impl Track {
-    /// Where it is at a moment, and from when on it can do something else. A leg is flown to its
-    /// end; a dwell that has begun is, too, unless it `drops` what it has to do.
-    pub(super) fn state(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
+    /// Where it is at a moment, and from when on it can do something else. A leg, and a dwell that
+    /// has begun, is flown to its end.
+    pub(super) fn state(&self, roadmap: &Roadmap, at: Tick) -> State {
+        self.state_of(roadmap, at, false)
+    }
+
+    /// The same if it drops what it has to do: a dwell ends at once.
+    pub(super) fn state_without_tasks(&self, roadmap: &Roadmap, at: Tick) -> State {
+        self.state_of(roadmap, at, true)
+    }
+
+    fn state_of(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
         if self.legs.iter().all(|leg| leg.end <= at || at < leg.start) {
             return State::Absent;
         }
@@ -134,7 +143,7 @@ impl Track {
             departs,
             at_m,
             grounded,
-        } = self.state(roadmap, at, false)
+        } = self.state(roadmap, at)
         else {
             return None;
         };

@@ -120,10 +120,15 @@ pub(crate) fn by_open_rules<'a>(
     let worlds: Vec<&World> = std::iter::once(world).chain(weaker).collect();
     for (index, &world) in worlds.iter().enumerate() {
         let next = worlds.get(index + 1);
+        let rules = match (index, next) {
+            (_, None) => Rules::Last,
+            (0, _) => Rules::First,
+            _ => Rules::Between,
+        };
         let still = covered.and_then(|share| Why::of_covered(world, share));
         let tried = match still.filter(|_| next.is_some()) {
             Some(why) => Ok(Err((why, Effort::default()))),
-            None => by_rules(world, [index == 0, next.is_none()], control, &solve),
+            None => by_rules(world, rules, control, &solve),
         };
         let why = match tried {
             Ok(Ok(mut solved)) => {
@@ -170,17 +175,28 @@ pub(crate) fn by_open_rules<'a>(
     }
 }
 
-/// Paths by the rules of one world, the first or the last that are tried; why they are given up,
-/// and what that took, unless they are the last. What lies between is tried within a budget of
-/// states, and what it would refuse is not looked at again.
+/// Where the rules of a world come among those that are tried in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rules {
+    /// Others follow.
+    First,
+    Between,
+    /// Those that are kept to whatever they cost, be they the only ones.
+    Last,
+}
+
+/// Paths by the rules of one world; why they are given up, and what that took, unless they are the
+/// last. What lies between is tried within a budget of states, and what it would refuse is not
+/// looked at again.
 fn by_rules<'a>(
     world: &'a World,
-    [is_first, is_last]: [bool; 2],
+    rules: Rules,
     control: &'a Control<'a>,
     solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
     let mut run = Run::new(world, control)?;
-    if !is_last {
+    if rules != Rules::Last {
+        let is_first = rules == Rules::First;
         if let Some(why) = Why::before(world, &run.job) {
             return Ok(Err((why, run.effort)));
         }
@@ -318,7 +334,7 @@ impl<'a> Run<'a> {
     /// Paths of the fleet alone; what would be refused is tried again, if that is asked for.
     /// `None` where the budget of states ended first.
     pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
-        let costmap = self.job.costmap(self.world, true, self.world.drones.len());
+        let costmap = self.job.costmap(self.world, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
         if !self.retries {
             return Some((paths, Vec::new()));
@@ -471,7 +487,7 @@ fn ignoring_downwash(
 ) -> Option<IgnoringDownwash> {
     let bodies = |why: &Exclusion| matches!(why, Exclusion::Bodies { .. });
     let excluded = excluded(job, goals, bodies);
-    let costmap = job.costmap(world, false, world.drones.len());
+    let costmap = job.costmap_ignoring_downwash(world, world.drones.len());
     // This phase is one to the caller that watches.
     let quiet = Control {
         progress: &|_| {},
@@ -563,7 +579,7 @@ mod tests {
     fn without_wakes(text: &str) -> (Plan, IgnoringDownwash) {
         let world = read_world(text).expect("in order");
         let job = prepare(&world, &|| false);
-        let costmap = job.costmap(&world, false, world.drones.len());
+        let costmap = job.costmap_ignoring_downwash(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let paths = plan_fleet(&problem, &mut Effort::default()).expect("no budget");
         let plan = assemble(&world, &job, &paths);

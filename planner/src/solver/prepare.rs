@@ -196,9 +196,17 @@ impl Job {
         found
     }
 
-    /// An empty costmap of a world for this many drones of its kinds; without `wakes` for a fleet
-    /// that ignores downwash.
-    pub(crate) fn costmap(&self, world: &World, wakes: bool, drones: usize) -> Costmap {
+    /// An empty costmap of a world for this many drones of its kinds.
+    pub(crate) fn costmap(&self, world: &World, drones: usize) -> Costmap {
+        self.empty_costmap(world, true, drones)
+    }
+
+    /// The same for a fleet that ignores downwash.
+    pub(crate) fn costmap_ignoring_downwash(&self, world: &World, drones: usize) -> Costmap {
+        self.empty_costmap(world, false, drones)
+    }
+
+    fn empty_costmap(&self, world: &World, wakes: bool, drones: usize) -> Costmap {
         let lattice = self.roadmap.lattice();
         let mut airframes: Vec<Airframe> = Vec::new();
         let kind = |(vehicle, mass_kg): &(Vehicle, f64)| {

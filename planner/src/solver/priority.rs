@@ -110,8 +110,8 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     let mut first = None;
     if problem.is_tried {
         for order in 0..ORDERS {
-            let found = problem.in_order(order, false, gives_up_at, effort);
-            best = better(best, found.map(|(paths, _)| paths));
+            let found = problem.in_order(order, GivesUp::AtBudget, gives_up_at, effort);
+            best = better(best, found.map(InOrder::into_paths));
             let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
             if has_all(&best) || is_spent || (control.stop)() {
                 break;
@@ -123,7 +123,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         let left = gives_up_at.map(|most| most.saturating_sub(effort.expansions));
         (best, first) = rayon::join(
             || plan_by_pibt(problem, left, &mut own),
-            || problem.in_order(0, true, gives_up_at, effort),
+            || problem.in_order(0, GivesUp::Soon, gives_up_at, effort),
         );
         effort.add(&own);
     }
@@ -131,22 +131,25 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     for order in 0..orders {
         // Where the first takes long, PIBT is asked before it goes on.
         let is_first = order == 0 && !is_crowded;
-        let is_hasty = best.is_some() || is_first;
+        let gives_up = match best.is_some() || is_first {
+            true => GivesUp::Soon,
+            false => GivesUp::AtBudget,
+        };
         let found = match first.take() {
-            None => problem.in_order(order, is_hasty, gives_up_at, effort),
+            None => problem.in_order(order, gives_up, gives_up_at, effort),
             first => first,
         };
         let (found, begun) = match found {
-            Some((paths, true)) => (Some(paths), None),
-            Some((paths, false)) => (None, Some(paths)),
+            Some(InOrder::Through(paths)) => (Some(paths), None),
+            Some(InOrder::Begun(paths)) => (None, Some(paths)),
             None => (None, None),
         };
         best = better(best, found);
         if is_first && !has_all(&best) && !(control.stop)() {
             best = better(best, plan_by_pibt(problem, gives_up_at, effort));
             if best.is_none() && !problem.is_dear() && !(control.stop)() {
-                let whole = problem.in_order(order, false, gives_up_at, effort);
-                best = whole.map(|(paths, _)| paths);
+                let whole = problem.in_order(order, GivesUp::AtBudget, gives_up_at, effort);
+                best = whole.map(InOrder::into_paths);
             }
         }
         if best.is_none() || (control.stop)() {
@@ -174,19 +177,42 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     })
 }
 
+/// When planning in one order gives up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum GivesUp {
+    /// Where it takes too long: there is something else or may be.
+    Soon,
+    /// Where the budget of states ends.
+    AtBudget,
+}
+
+/// What planning in one order came to.
+enum InOrder {
+    /// It went through.
+    Through(Paths),
+    /// It gave up; as far as it got.
+    Begun(Paths),
+}
+
+impl InOrder {
+    fn into_paths(self) -> Paths {
+        let (InOrder::Through(paths) | InOrder::Begun(paths)) = self;
+        paths
+    }
+}
+
 impl FleetProblem<'_> {
-    /// One after another, and whether that went through: not if it takes too long where there is
-    /// something else or may be. `None` where the budget of states ended first.
+    /// One after another. `None` where the budget of states ended first.
     fn in_order(
         &self,
         order: u64,
-        is_hasty: bool,
+        gives_up: GivesUp,
         gives_up_at: Option<u64>,
         effort: &mut Effort,
-    ) -> Option<(Paths, bool)> {
+    ) -> Option<InOrder> {
         let mut attempt = self.attempt(self.costmap.clone(), effort);
         attempt.gives_up_at = gives_up_at;
-        if is_hasty {
+        if gives_up == GivesUp::Soon {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
             // Places are reached along several headings.
             let is_smooth = self.job.agents.iter().any(|it| it.smoothing.is_some());
@@ -222,7 +248,11 @@ impl FleetProblem<'_> {
             let waiting = std::mem::take(&mut attempt.waiting);
             attempt.finalise(waiting);
         }
-        Some((attempt.into_paths(), is_through))
+        let paths = attempt.into_paths();
+        Some(match is_through {
+            true => InOrder::Through(paths),
+            false => InOrder::Begun(paths),
+        })
     }
 
     /// The same plan, better by what so many states find, and by as much as there is time for.
@@ -529,7 +559,7 @@ mod tests {
         world.drones[7].tasks.clear();
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world, &|| false);
-        let costmap = job.costmap(&world, true, world.drones.len());
+        let costmap = job.costmap(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
         let paths = plan_by_pibt(&problem, None, &mut effort).expect("every drone comes home");
@@ -574,7 +604,7 @@ mod tests {
         let job = prepare(&world, &|| false);
         let beside = |agent: &&Agent| job.roadmap.is_stop(agent.start);
         assert_eq!(job.agents.iter().filter(beside).count(), 10);
-        let costmap = job.costmap(&world, true, world.drones.len());
+        let costmap = job.costmap(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
         let paths = plan_by_pibt(&problem, None, &mut effort).expect("there is room for all");
@@ -616,7 +646,7 @@ mod tests {
         let world = crate::scenario::read_world(&text).expect("in order");
         let world = world.relaxed().expect("it leaves rules open");
         let job = prepare(&world, &|| false);
-        let costmap = job.costmap(&world, true, world.drones.len());
+        let costmap = job.costmap(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
         let paths = plan_by_pibt(&problem, None, &mut effort).expect("every drone comes home");

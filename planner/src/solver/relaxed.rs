@@ -133,7 +133,7 @@ impl Why {
 /// What lies under the wakes of a fleet at once over the floor, each as wide as it alone is too
 /// strong for another of its kind.
 fn covered_share(world: &World, job: &Job) -> f64 {
-    let costmap = job.costmap(world, true, 0);
+    let costmap = job.costmap(world, 0);
     let fleet = costmap.fleet();
     let mut known: Vec<((u32, f64), f64)> = Vec::new();
     let mut area_m2 = |index: usize| {

@@ -89,7 +89,7 @@ impl Subfleet<'_> {
         });
         let fixed: Vec<Vec<Leg>> = fixed.collect();
         let [drones, zones] = terms.raised;
-        let costmap = run.job.costmap(&whole, true, whole.drones.len());
+        let costmap = run.job.costmap(&whole, whole.drones.len());
         let found = run.paths(costmap.with_limits_raised(drones, zones), fixed);
         effort.add(&run.effort);
         let found = found?;

@@ -37,7 +37,7 @@ fn job(late: bool) -> (Job, Costmap) {
     let text = HALL.replace("drones: [", &format!("{air}    drones: ["));
     let world = read_world(&text).expect("in order");
     let job = prepare(&world, &|| false);
-    let costmap = job.costmap(&world, true, world.drones.len());
+    let costmap = job.costmap(&world, world.drones.len());
     (job, costmap)
 }
 
@@ -391,7 +391,7 @@ fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
     let world = read_world(&text).expect("in order");
     let world = world.relaxed().expect("it leaves the air open");
     let job = prepare(&world, &|| false);
-    let empty = job.costmap(&world, true, world.drones.len());
+    let empty = job.costmap(&world, world.drones.len());
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
     let together = SynchronousSteps::new(&steps, 50);
     let apart = f64::from(steps.shift) / f64::from(together.ticks);
