@@ -27,7 +27,7 @@ impl DiscPoints {
     /// first along x. Exact for polynomials up to degree 5 (Radon's seven-point rule, here for the
     /// disc).
     #[must_use]
-    pub fn seven_per_disc(hubs_m: &[[f64; 2]], disc_radius_m: f64) -> DiscPoints {
+    pub(crate) fn seven_per_disc(hubs_m: &[[f64; 2]], disc_radius_m: f64) -> DiscPoints {
         let ring_m = (2.0_f64 / 3.0).sqrt() * disc_radius_m;
         let share = 1.0 / hubs_m.len() as f64;
         let mut offsets_m = Vec::with_capacity(7 * hubs_m.len());

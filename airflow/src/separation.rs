@@ -82,12 +82,6 @@ impl Separation {
         }
     }
 
-    /// Induced velocity of the lower one at hover (m/s).
-    #[must_use]
-    pub fn lower_hover_mps(&self) -> f64 {
-        self.lower_u_h_mps
-    }
-
     /// The wake it is about.
     #[must_use]
     pub fn upper(&self) -> &Wake {

@@ -19,7 +19,7 @@ impl GroundImpingement {
     /// `U_m ~ H^0.10 r^-1.10` and `δ ~ H^0.10 r^0.90`, so that each factor is highest at an end of
     /// its range.
     #[must_use]
-    pub fn highest_outward_mps(
+    fn highest_outward_mps(
         &self,
         wake: &Wake,
         emitter_height_m: (f64, f64),

@@ -159,7 +159,7 @@ impl Costmap {
 
     /// From here on nothing changes any more: the end of all legs that end, and of the air that
     /// they leave behind.
-    pub fn horizon(&self) -> Tick {
+    pub(crate) fn horizon(&self) -> Tick {
         self.timeline.horizon()
     }
 

@@ -47,7 +47,7 @@ impl Rotor {
     /// Thrust and aerodynamic power, over those of hover in still air, at a speed over that of
     /// hover and with air from above over the induced velocity.
     #[must_use]
-    pub fn thrust_and_power(&self, speed: f64, inflow: f64) -> (f64, f64) {
+    pub(crate) fn thrust_and_power(&self, speed: f64, inflow: f64) -> (f64, f64) {
         let inflow = inflow.max(-MOST_UPWARD);
         match *self {
             Rotor::Power => {
@@ -71,7 +71,7 @@ impl Rotor {
     /// Factor on the speed that holds the thrust of still air in air from above over the induced
     /// velocity at that thrust: the inverse of [`Rotor::thrust_and_power`].
     #[must_use]
-    pub fn holding_factor(&self, inflow: f64) -> f64 {
+    pub(crate) fn holding_factor(&self, inflow: f64) -> f64 {
         // What passes through the rotor at the thrust of hover.
         let through = 0.5 * inflow + (0.5 * inflow).hypot(1.0);
         match *self {

@@ -86,7 +86,7 @@ impl Truth {
 
     /// Whether every injected effect is a fault of instruments.
     #[must_use]
-    pub fn is_sensor_only(&self) -> bool {
+    pub(crate) fn is_sensor_only(&self) -> bool {
         !self.effects.is_empty() && self.effects.iter().all(|effect| is_sensor(&effect.name))
     }
 }

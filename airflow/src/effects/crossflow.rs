@@ -197,7 +197,7 @@ impl Plume {
     /// Depth (l) from which on the wind has taken the jet away: it lies level. `None`: nowhere
     /// within the table.
     #[must_use]
-    pub fn gone_from(&self) -> Option<f64> {
+    pub(crate) fn gone_from(&self) -> Option<f64> {
         (!self.goes_on).then_some(self.sections.len() as f64 * SPACING)
     }
 

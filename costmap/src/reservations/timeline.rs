@@ -137,12 +137,12 @@ impl Timeline {
     }
 
     /// From here on nothing changes any more, in whole seconds.
-    pub fn horizon(&self) -> Tick {
+    pub(crate) fn horizon(&self) -> Tick {
         self.horizon
     }
 
     /// Something changes until a moment.
-    pub fn extend_to(&mut self, moment: Tick) {
+    pub(crate) fn extend_to(&mut self, moment: Tick) {
         let whole = moment.0.div_ceil(BUCKET_TICKS).saturating_mul(BUCKET_TICKS);
         self.horizon = self.horizon.max(Tick(whole));
     }
@@ -192,7 +192,7 @@ impl Timeline {
     }
 
     /// Forgets all that was asked for: something is about to change.
-    pub fn forget_all_met(&mut self) {
+    pub(crate) fn forget_all_met(&mut self) {
         for item in &mut self.items {
             item.all_met.take();
         }

@@ -102,7 +102,7 @@ impl Outline {
 impl Section {
     /// Whether a straight path relative to the rotor centre (m, z up) enters a section with upright
     /// sides. One that only touches its upper or lower face stays outside.
-    pub fn is_entered(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> bool {
+    pub(crate) fn is_entered(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> bool {
         let Some((from_m, to_m)) = clip_depth(from_m, to_m, self.from_depth_m, self.to_depth_m)
         else {
             return false;
@@ -148,7 +148,7 @@ impl Section {
     }
 
     /// The part above a depth; `None` if nothing is left.
-    pub fn cut_at(&self, depth_m: f64) -> Option<Self> {
+    fn cut_at(&self, depth_m: f64) -> Option<Self> {
         if depth_m >= self.to_depth_m {
             return Some(*self);
         }

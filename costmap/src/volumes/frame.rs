@@ -59,7 +59,7 @@ pub fn vector(vector_m: Vector3<f64>) -> Result<Vector, NotFinite> {
 }
 
 /// A parry world vector as a point of the world.
-pub fn world_point(vector: Vector) -> Point3<f64> {
+pub(crate) fn world_point(vector: Vector) -> Point3<f64> {
     Point3::new(vector.x, vector.y, vector.z)
 }
 

@@ -123,7 +123,7 @@ impl Relative {
 
     /// The part in which the mover is no less and no more than so far below the reference; `None`:
     /// there is none.
-    pub fn between_depths(mut self, [shallow, deep]: [f64; 2]) -> Option<Self> {
+    pub(crate) fn between_depths(mut self, [shallow, deep]: [f64; 2]) -> Option<Self> {
         let (origin, mover, reference) = (self.origin.z, self.mover.z, self.reference.z);
         let depth = |[left, met]: &[f64; 2]| -(origin + mover * met - reference * left);
         self.moments.clip(|at| depth(at) - shallow);
@@ -187,7 +187,7 @@ impl Relative {
 
     /// By how much the reference's moment is ahead of the mover's, at least and at most, while the
     /// mover's centre is in a section that hangs below the reference; `None`: it never is.
-    pub fn delays_in(&self, section: &Section) -> Option<[f64; 2]> {
+    pub(crate) fn delays_in(&self, section: &Section) -> Option<[f64; 2]> {
         let depth = |moments: &[f64; 2]| -self.offset(*moments).z;
         let mut within = self.moments;
         within.clip(|at| depth(at) - section.from_depth_m);
@@ -211,7 +211,7 @@ impl Relative {
     }
 
     /// The same while it is nearer to the reference than `radius`.
-    pub fn delays_near(&self, radius: f64) -> Option<[f64; 2]> {
+    pub(crate) fn delays_near(&self, radius: f64) -> Option<[f64; 2]> {
         let round = Round {
             origin: self.origin,
             mover: self.mover,
@@ -319,7 +319,7 @@ fn roots(square: f64, half: f64, rest: f64) -> [f64; 2] {
 }
 
 /// Smallest horizontal distance of a straight path from the vertical axis.
-pub fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
+pub(crate) fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
     nearest_square(&from_m.xy(), &to_m.xy()).sqrt()
 }
 

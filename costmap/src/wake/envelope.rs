@@ -131,7 +131,7 @@ impl Envelope {
     }
 
     /// The greatest mean square at this horizontal distance or beyond, at any depth.
-    pub fn highest_square(&self, radius_m: f64) -> f64 {
+    pub(crate) fn highest_square(&self, radius_m: f64) -> f64 {
         let square = |row: usize| {
             // The jet of this row may be that much nearer.
             let radius_m = (radius_m - self.aside_m(row).norm()).max(0.0);
@@ -190,7 +190,7 @@ impl Envelope {
     ///
     /// Upright cylinders about the vertical through the emitter, from above: one for each range of
     /// depths over which the table's edge stays where it is.
-    pub fn iso_exposure(&self, square: f64) -> Vec<Section> {
+    pub(crate) fn iso_exposure(&self, square: f64) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         for (row, depths_m) in self.depths_m.windows(2).enumerate() {
             let squares = &self.squares[row * self.columns..(row + 1) * self.columns];
@@ -216,7 +216,7 @@ impl Envelope {
 
     /// Bound on the mean square at any place as far from the emitter's axis as a path and between
     /// its depths, at any bearing.
-    pub fn highest_beyond(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
+    pub(crate) fn highest_beyond(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
         if !self.moved {
             return self.along(from_m, to_m).peak_square;
         }

@@ -77,7 +77,7 @@ impl Flight {
 
     /// The times shared with another flight, start before end; `None` if they share less than an
     /// instant.
-    pub fn common_s(&self, other: &Flight) -> Option<(f64, f64)> {
+    fn common_s(&self, other: &Flight) -> Option<(f64, f64)> {
         let start_s = self.start_s.max(other.start_s);
         let end_s = self.end_s.min(other.end_s);
         (start_s < end_s).then_some((start_s, end_s))

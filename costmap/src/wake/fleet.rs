@@ -344,7 +344,7 @@ impl Fleet {
 
     /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its
     /// rotors, unless it feels another part of it.
-    pub fn measure_mps(&self, kind: KindId) -> f64 {
+    pub(crate) fn measure_mps(&self, kind: KindId) -> f64 {
         self.measures_mps[kind.index()]
     }
 

@@ -644,7 +644,7 @@ impl TrajectoryEntry {
     }
 
     /// Whether it claims to be continuous up to acceleration.
-    pub fn claims_continuity(&self) -> bool {
+    pub(crate) fn claims_continuity(&self) -> bool {
         self.is_smooth() && !self.turns_at_once
     }
 }

@@ -62,7 +62,7 @@ impl Kernel {
     }
 
     /// `T1 + T2` (s): how long a drone stands in its path to be at rest for a moment.
-    pub fn rest_s(&self) -> f64 {
+    pub(crate) fn rest_s(&self) -> f64 {
         self.first_s + self.second_s
     }
 
@@ -74,7 +74,7 @@ impl Kernel {
 
     /// How far what is flown may be from the path at the same time, at a change of velocity by so
     /// much (m/s), in m.
-    pub fn deviation_m(&self, by_mps: f64) -> f64 {
+    pub(crate) fn deviation_m(&self, by_mps: f64) -> f64 {
         by_mps * (self.first_s / 8.0 + self.second_s * self.second_s / (24.0 * self.first_s))
     }
 

@@ -195,7 +195,7 @@ impl Trajectory {
 
     /// The same for a drone that comes at its first break point, and is nowhere before.
     #[must_use]
-    pub fn entering(mut self) -> Trajectory {
+    pub(crate) fn entering(mut self) -> Trajectory {
         // What it holds until then is its first piece.
         if self.first_s > SAME_TIME_S {
             self.pieces.remove(0);
@@ -206,7 +206,7 @@ impl Trajectory {
     /// The same for a drone that leaves when it begins, and was there for so long before (s): what
     /// it does where it is late.
     #[must_use]
-    pub fn leaving_late(mut self, mass_kg: f64, before_s: f64) -> Trajectory {
+    pub(crate) fn leaving_late(mut self, mass_kg: f64, before_s: f64) -> Trajectory {
         if before_s > 0.0 {
             let span_s = (self.first_s - before_s, self.first_s);
             let motion = Motion::straight(span_s, self.first_m, self.first_m);
@@ -239,7 +239,7 @@ impl Trajectory {
     }
 
     /// Indices of the pieces that share more than a moment with a time window.
-    pub fn pieces_during(&self, from_s: f64, until_s: f64) -> std::ops::Range<usize> {
+    pub(crate) fn pieces_during(&self, from_s: f64, until_s: f64) -> std::ops::Range<usize> {
         let pieces = &self.pieces;
         let first = pieces.partition_point(|piece| piece.motion.until_s <= from_s);
         let end = pieces.partition_point(|piece| piece.motion.from_s < until_s);
@@ -253,7 +253,7 @@ impl Trajectory {
     }
 
     /// Lowest and highest corner of the box it stays in over a time window (m); `None`: not there.
-    pub fn box_m(&self, from_s: f64, until_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    pub(crate) fn box_m(&self, from_s: f64, until_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let pieces = self.pieces[self.pieces_during(from_s, until_s)].iter();
         let boxes = pieces.map(|Piece { motion, .. }| {
             motion.box_m(from_s.max(motion.from_s), until_s.min(motion.until_s))
@@ -275,7 +275,7 @@ impl Trajectory {
     }
 
     /// First and last moment at which it moves (s); `None`: never.
-    pub fn moves_s(&self) -> Option<(f64, f64)> {
+    pub(crate) fn moves_s(&self) -> Option<(f64, f64)> {
         let moving = |piece: &&Piece| {
             let motion = &piece.motion;
             motion.max_speed_mps() * (motion.until_s - motion.from_s) > SAME_PLACE_M

@@ -76,7 +76,7 @@ impl Change {
 }
 
 /// The name of what lies where a drone came down.
-pub fn wreck_of(drone: &str) -> String {
+pub(crate) fn wreck_of(drone: &str) -> String {
     format!("{drone} (wreck)")
 }
 

@@ -115,14 +115,6 @@ pub struct Replanned {
     pub effort: Effort,
 }
 
-impl Replanned {
-    /// What cannot be avoided any more, as sentences: who, with whom, when and how near.
-    pub fn unavoidable_words(&self) -> Vec<String> {
-        let words = |it: &Violation| format!("it is too late to avoid that {it}");
-        self.unavoidable.iter().map(words).collect()
-    }
-}
-
 /// A drone with another trajectory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Changed {

@@ -303,14 +303,14 @@ impl Planning {
     /// Kept between a flying body and obstacles (m): the clearance as planned, and off its path the
     /// body does not touch.
     #[must_use]
-    pub fn gap_to_solids_m(&self) -> f64 {
+    pub(crate) fn gap_to_solids_m(&self) -> f64 {
         self.clearance_m.max(self.margins.tracking_m)
     }
 
     /// Kept between two bodies (m), of which so many fly: the clearance as planned, and both off
     /// their paths they do not touch.
     #[must_use]
-    pub fn gap_to_bodies_m(&self, flying: usize) -> f64 {
+    pub(crate) fn gap_to_bodies_m(&self, flying: usize) -> f64 {
         self.clearance_m
             .max(flying as f64 * self.margins.tracking_m)
     }

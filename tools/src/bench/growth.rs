@@ -6,7 +6,7 @@ use super::row::Row;
 use crate::instances::Floor;
 
 /// A line needs a residual to tell how well it is known: two points have none.
-pub const FEWEST_ROWS: usize = 3;
+pub(crate) const FEWEST_ROWS: usize = 3;
 
 /// How one place's cost grows.
 #[derive(Debug, Serialize)]

@@ -155,7 +155,7 @@ impl Figures {
 
     /// Whether there is a plan, safe or not.
     #[must_use]
-    pub fn has_plan(&self) -> bool {
+    pub(crate) fn has_plan(&self) -> bool {
         self.status != "blocked"
     }
 }

@@ -57,7 +57,7 @@ impl Floor {
 
     /// Columns of cells that are free from floor to ceiling: each can hold one start, and one goal.
     #[must_use]
-    pub fn open_columns(self) -> usize {
+    pub(crate) fn open_columns(self) -> usize {
         self.columns().len()
     }
 

@@ -81,7 +81,7 @@ impl Grid {
 
     /// Seen from above, one cell high: a column is blocked where any of its cells is.
     #[must_use]
-    pub fn projected(&self) -> Grid {
+    pub(crate) fn projected(&self) -> Grid {
         let mut flat = Grid::open(self.name.clone(), [self.size[0], self.size[1], 1]);
         for [x, y, _] in self.blocked() {
             flat.block([x, y, 0], [x + 1, y + 1, 1]);

@@ -201,7 +201,7 @@ impl Metrics {
 
     /// Family by family: cases, detected, named, in the set, mean location, worst skill.
     #[must_use]
-    pub fn family_table(&self) -> String {
+    fn family_table(&self) -> String {
         let mut names: Vec<&str> = self.cases.iter().map(|case| case.family.as_str()).collect();
         names.sort_unstable();
         names.dedup();

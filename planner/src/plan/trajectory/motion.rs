@@ -90,7 +90,7 @@ impl Motion {
     }
 
     /// This motion as seen from `other`, over the time both last; `None` where they share none.
-    pub fn seen_from(&self, other: &Motion) -> Option<Motion> {
+    pub(crate) fn seen_from(&self, other: &Motion) -> Option<Motion> {
         let (from_s, until_s) = (
             self.from_s.max(other.from_s),
             self.until_s.min(other.until_s),
@@ -153,7 +153,7 @@ impl Motion {
     }
 
     /// Constant over the span (m/s³).
-    pub fn jerk_mps3(&self) -> Vector3<f64> {
+    pub(crate) fn jerk_mps3(&self) -> Vector3<f64> {
         self.jerk_mps3
     }
 
@@ -181,7 +181,7 @@ impl Motion {
     }
 
     /// How far it may be, at most, from its chord over a time window, both at the same time (m).
-    pub fn off_chord_m(&self, from_s: f64, until_s: f64) -> f64 {
+    pub(crate) fn off_chord_m(&self, from_s: f64, until_s: f64) -> f64 {
         match self.is_straight {
             true => 0.0,
             false => off_chord_m(&self.points_m(from_s, until_s)),
@@ -202,7 +202,7 @@ impl Motion {
     }
 
     /// Lowest and highest corner of the box that holds the motion over a time window (m).
-    pub fn box_m(&self, from_s: f64, until_s: f64) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn box_m(&self, from_s: f64, until_s: f64) -> (Vector3<f64>, Vector3<f64>) {
         if self.is_straight {
             let (a, d) = (self.at_m(from_s), self.at_m(until_s));
             return (a.inf(&d), a.sup(&d));
@@ -248,7 +248,7 @@ impl Motion {
 
     /// The highest value of a measure of its velocity that is convex in it and at least `over`, and
     /// when (s): by halves, until the hull of the velocities has none.
-    pub fn highest_over(
+    pub(crate) fn highest_over(
         &self,
         measure: &dyn Fn(&Vector3<f64>) -> f64,
         over: f64,
@@ -296,12 +296,12 @@ impl Motion {
 
     /// Farthest that any place of the window lies from the place at its middle (m), or an upper
     /// bound.
-    pub fn half_path_m(&self, from_s: f64, until_s: f64) -> f64 {
+    pub(crate) fn half_path_m(&self, from_s: f64, until_s: f64) -> f64 {
         0.5 * self.speed_within_mps(from_s, until_s) * (until_s - from_s)
     }
 
     /// The motion over a time window as seen from above, made ready for many axes.
-    pub fn level_path(&self, from_s: f64, until_s: f64) -> LevelPath {
+    pub(crate) fn level_path(&self, from_s: f64, until_s: f64) -> LevelPath {
         let (begin_m, end_m) = (self.at_m(from_s).xy(), self.at_m(until_s).xy());
         let along_m = end_m - begin_m;
         LevelPath {
@@ -313,13 +313,13 @@ impl Motion {
     }
 
     /// When and how near it comes to the origin (s, m): closed form, or to `STRAIGHT_M`.
-    pub fn nearest_to_origin(&self) -> (f64, f64) {
+    pub(crate) fn nearest_to_origin(&self) -> (f64, f64) {
         self.nearest(self.from_s, self.until_s, Vector3::repeat(1.0))
     }
 
     /// When it is nearest to the vertical axis through the origin within a span (s): closed form,
     /// or to `STRAIGHT_M`.
-    pub fn nearest_to_axis_s(&self, span_s: (f64, f64)) -> f64 {
+    pub(crate) fn nearest_to_axis_s(&self, span_s: (f64, f64)) -> f64 {
         self.nearest(span_s.0, span_s.1, Vector3::new(1.0, 1.0, 0.0))
             .0
     }
@@ -368,7 +368,7 @@ impl Motion {
 
     /// When it is inside the open ball of this radius (m) around the origin (s): from first to
     /// last; `None`: never.
-    pub fn inside_ball_s(&self, radius_m: f64) -> Option<(f64, f64)> {
+    pub(crate) fn inside_ball_s(&self, radius_m: f64) -> Option<(f64, f64)> {
         self.inside_s(STRAIGHT_M, &|chord, off_m| {
             let wide_m = radius_m + off_m;
             let span = below_zero(
@@ -382,12 +382,12 @@ impl Motion {
 
     /// When it is inside the open upright cylinder of this radius (m) around the origin's axis,
     /// between two heights (m), in s: from first to last; `None`: never.
-    pub fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Option<(f64, f64)> {
+    pub(crate) fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Option<(f64, f64)> {
         self.near_cylinder_s(radius_m, z_m, STRAIGHT_M)
     }
 
     /// The same to a length (m): it may be told to be inside where it is outside by no more.
-    pub fn near_cylinder_s(
+    pub(crate) fn near_cylinder_s(
         &self,
         radius_m: f64,
         z_m: (f64, f64),

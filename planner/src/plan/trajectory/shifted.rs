@@ -115,13 +115,13 @@ impl Shifted {
     }
 
     /// The moments of the other from a time on and up to another (s); `None`: none.
-    pub fn other_during(&self, from_s: f64, until_s: f64) -> Option<Shifted> {
+    pub(crate) fn other_during(&self, from_s: f64, until_s: f64) -> Option<Shifted> {
         self.cut(Vector2::y(), until_s - self.since_s)?
             .cut(-Vector2::y(), self.since_s - from_s)
     }
 
     /// Where the one is between two heights as seen from the other (m); `None`: nowhere.
-    pub fn between_heights(&self, low_m: f64, high_m: f64) -> Option<Shifted> {
+    pub(crate) fn between_heights(&self, low_m: f64, high_m: f64) -> Option<Shifted> {
         let along = Vector2::new(self.velocities_mps[0].z, -self.velocities_mps[1].z);
         let start_m = self.start_m.z;
         self.cut(along, high_m + self.off_m - start_m)?
@@ -129,7 +129,7 @@ impl Shifted {
     }
 
     /// Only shifts within a range (s); `None`: none.
-    pub fn with_shift(&self, (low_s, high_s): (f64, f64)) -> Option<Shifted> {
+    pub(crate) fn with_shift(&self, (low_s, high_s): (f64, f64)) -> Option<Shifted> {
         self.cut(Vector2::new(-1.0, 1.0), high_s)?
             .cut(Vector2::new(1.0, -1.0), -low_s)
     }
@@ -144,7 +144,7 @@ impl Shifted {
     }
 
     /// Lowest and highest corner of the box that holds every offset (m).
-    pub fn box_m(&self) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn box_m(&self) -> (Vector3<f64>, Vector3<f64>) {
         let first_m = self.offset_m(&self.corners_s[0]);
         let offsets = self.corners()[1..].iter().map(|it| self.offset_m(it));
         let (low_m, high_m) = offsets.fold((first_m, first_m), |(low, high), it| {
@@ -173,14 +173,14 @@ impl Shifted {
 
     /// Where the one is nearest to the vertical through the other: closed form; never farther than
     /// it comes.
-    pub fn nearest_to_axis(&self) -> Approach {
+    pub(crate) fn nearest_to_axis(&self) -> Approach {
         let (start_m, velocities_mps) = self.seen_from_above();
         let (at, offset_m) = self.least(start_m, &velocities_mps);
         self.approach(&at, offset_m.norm())
     }
 
     /// Every offset as seen from above, made ready for many points.
-    pub fn level_region(&self) -> LevelRegion {
+    pub(crate) fn level_region(&self) -> LevelRegion {
         let mut region = LevelRegion {
             corners_m: [Vector2::zeros(); MOST_CORNERS],
             count: self.count,

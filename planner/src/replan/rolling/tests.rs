@@ -363,7 +363,8 @@ fn a_late_drone_within_the_margins_of_another_is_told_with_who_and_how_near() {
                 told.unavoidable,
                 "{name} at {at_s}"
             );
-            for (it, words) in told.unavoidable.iter().zip(told.unavoidable_words()) {
+            for it in &told.unavoidable {
+                let words = it.to_string();
                 let with = it.with.as_deref().expect("another drone");
                 assert!(it.drone == name || with == name, "{words}");
                 assert!(words.contains(&it.drone) && words.contains(with) && words.contains(" m "));
