@@ -100,7 +100,7 @@ impl Leg {
     }
 
     /// The ticks that two legs share.
-    pub fn overlap(&self, other: &Leg) -> Range<Tick> {
+    pub(crate) fn overlap(&self, other: &Leg) -> Range<Tick> {
         self.start.max(other.start)..self.end.min(other.end)
     }
 

@@ -92,7 +92,7 @@ pub(crate) struct Section {
 
 /// One bent jet by depth.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plume {
+pub(crate) struct Plume {
     sections: Vec<Section>,
     /// It came to [`DEEPEST`] before it levelled off.
     goes_on: bool,
@@ -101,7 +101,7 @@ pub struct Plume {
 impl Plume {
     /// Follows the jet in a wind of `wind` induced velocities.
     #[must_use]
-    pub fn new(jet: &Jet, wind: f64) -> Plume {
+    pub(crate) fn new(jet: &Jet, wind: f64) -> Plume {
         let alpha = 0.5 * TOP_HAT * jet.spreading;
         let radius = |s: f64| TOP_HAT * jet.spreading * (s - jet.origin);
         let momentum = jet.momentum();
@@ -200,12 +200,6 @@ impl Plume {
     pub(crate) fn gone_from(&self) -> Option<f64> {
         (!self.goes_on).then_some(self.sections.len() as f64 * SPACING)
     }
-
-    /// Drift downwind (l) at a depth (l).
-    #[must_use]
-    pub fn drift(&self, s: f64) -> Option<f64> {
-        Some(self.at(s)?.drift)
-    }
 }
 
 #[cfg(test)]
@@ -229,10 +223,8 @@ mod tests {
     #[test]
     fn a_weak_wind_drifts_it_by_the_closed_form_and_a_stronger_one_by_more() {
         let c = |wind: f64, s: f64| {
-            let drift = Plume::new(&Jet::default(), wind)
-                .drift(s)
-                .expect("it reaches there");
-            drift * 2.0 * 10.11 / (wind * s * s)
+            let plume = Plume::new(&Jet::default(), wind);
+            plume.at(s).expect("it reaches there").drift * 2.0 * 10.11 / (wind * s * s)
         };
         // Integral model with this closure: 2.3 at W = 0.02 U_H and 6 l, growing with wind and
         // depth; 8 % by the choice of the drag.

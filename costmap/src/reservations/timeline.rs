@@ -119,7 +119,7 @@ pub struct Timeline {
 
 impl Timeline {
     /// Without any leg.
-    pub fn new(ground: Ground, drones: usize) -> Timeline {
+    pub(crate) fn new(ground: Ground, drones: usize) -> Timeline {
         Timeline {
             ground,
             bins: vec![Bin::default(); ground.count()],
@@ -187,7 +187,7 @@ impl Timeline {
 
     /// What has this index.
     #[inline]
-    pub fn item(&self, index: u32) -> &Item {
+    pub(crate) fn item(&self, index: u32) -> &Item {
         &self.items[index as usize]
     }
 
@@ -199,7 +199,7 @@ impl Timeline {
     }
 
     /// Notes that an item meets a wake.
-    pub fn meets(&mut self, index: u32, incoming: Incoming) {
+    pub(crate) fn meets(&mut self, index: u32, incoming: Incoming) {
         let item = &mut self.items[index as usize];
         item.meets(incoming);
         for bin in self.ground.rows(item.bins).flatten() {
@@ -214,7 +214,7 @@ impl Timeline {
     }
 
     /// Items of a drone, in order of time.
-    pub fn of(&self, drone: DroneId) -> &[u32] {
+    pub(crate) fn of(&self, drone: DroneId) -> &[u32] {
         &self.of_drones[drone.0 as usize]
     }
 
@@ -231,7 +231,7 @@ impl Timeline {
     }
 
     /// Takes a drone's items out. What they brought others is forgotten by [`Timeline::forget`].
-    pub fn remove(&mut self, drone: DroneId) {
+    pub(crate) fn remove(&mut self, drone: DroneId) {
         for index in std::mem::take(&mut self.of_drones[drone.0 as usize]) {
             for bin in self.ground.rows(self.items[index as usize].bins).flatten() {
                 self.bins[bin].remove(index);
@@ -242,7 +242,7 @@ impl Timeline {
     }
 
     /// Takes back what a drone brought an item.
-    pub fn forget(&mut self, index: u32, drone: DroneId) {
+    pub(crate) fn forget(&mut self, index: u32, drone: DroneId) {
         self.items[index as usize].forgets(drone);
     }
 

@@ -57,7 +57,7 @@ impl Kernel {
     }
 
     /// `T1` (s): the least time between two changes of velocity of a turn or a stop.
-    pub fn first_s(&self) -> f64 {
+    pub(crate) fn first_s(&self) -> f64 {
         self.first_s
     }
 

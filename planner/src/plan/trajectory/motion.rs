@@ -278,7 +278,7 @@ impl Motion {
     }
 
     /// Bounds of how fast it climbs (m/s, up positive); equal where it is straight.
-    pub fn climb_mps(&self) -> (f64, f64) {
+    pub(crate) fn climb_mps(&self) -> (f64, f64) {
         if self.is_straight {
             return (self.velocity_mps.z, self.velocity_mps.z);
         }
@@ -464,7 +464,7 @@ impl LevelPath {
     /// Its nearest place to the vertical axis through minus `shift_m` (m, x and y), as seen from
     /// there (m): closed form; of a cubic, no farther than its nearest place.
     #[inline]
-    pub fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
+    pub(crate) fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
         let begin_m = self.begin_m + Vector2::from(shift_m);
         if self.length2_m2 <= 0.0 {
             return nearer(begin_m, self.off_m);

@@ -135,7 +135,7 @@ impl Shifted {
     }
 
     /// First and last moment of the one, and of the other (s).
-    pub fn spans_s(&self) -> [(f64, f64); 2] {
+    pub(crate) fn spans_s(&self) -> [(f64, f64); 2] {
         let first = self.corners_s[0];
         let (low, high) = (self.corners().iter()).fold((first, first), |(low, high), it| {
             (low.inf(it), high.sup(it))
@@ -269,7 +269,7 @@ pub struct LevelRegion {
 impl LevelRegion {
     /// Its nearest place to the vertical axis through minus `shift_m` (m, x and y), as seen from
     /// there (m): closed form; never farther than it comes.
-    pub fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
+    pub(crate) fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
         let corners_m = &self.corners_m[..self.count];
         let shift_m = Vector2::from(shift_m);
         let last_m = corners_m[self.count - 1] + shift_m;
