@@ -11,7 +11,7 @@ use crate::wake::Wake;
 /// far above rounding.
 pub const HEIGHT_TOLERANCE_M: f64 = 1e-6;
 
-/// Points whose sums are held on the stack at a time; a quadrotor's 28 fit.
+/// Points whose sums are held on the stack at a time, chosen here: a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 
 /// A wake in the world.

@@ -91,6 +91,7 @@ impl NearField {
     /// `1/(1 + x)² = ∫₀^∞ t exp(-t (1 + x)) dt`, and for a Gaussian the integral over the plane is
     /// closed; the one over `t` is left to the double-exponential rule.
     fn far_overlap(&self, s: f64) -> f64 {
+        // Chosen here: the mixture is then exact to a part in 1e9 out to four half-widths.
         const STEP: f64 = 0.25;
         let jets = RotorJets::new(s, self.diameter, self.shadow);
         let level = self.far.level(s);

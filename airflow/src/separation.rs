@@ -21,7 +21,7 @@ const AZIMUTHS_DEG: [f64; 4] = [0.0, 15.0, 30.0, 45.0];
 /// Depths and offsets looked at before the last that exceeds is made fine: chosen here, their steps
 /// are a hundredth of the wake's length and width.
 const STEPS: usize = 100;
-/// Halvings of the last step: to a hundredth of a millimetre of ten metres.
+/// Halvings of the last step, chosen here: to a ten-thousandth of a millimetre of ten metres.
 const HALVINGS: usize = 20;
 /// Steps of a passage, chosen here: sums to a thousandth.
 const PASSAGE_STEPS: usize = 400;

@@ -26,37 +26,38 @@ use crate::tally::{Contact, Tally};
 use crate::vehicle::Body;
 use crate::wakes::{Emitter, LINK_M, Link, Moment, Receiver, crosses, speed_mps};
 
-/// Between two looks at wakes and contacts (s): 4 cm of flight at 2 m/s.
+/// Between two looks at wakes and contacts (s): chosen here, 4 cm of flight at 2 m/s.
 pub(crate) const STEP_S: f64 = 0.02;
-/// Steps of controller and motion in one of these: 100 Hz.
+/// Steps of controller and motion in one of these: chosen here, 100 Hz, well within the lag of
+/// motors.
 const SUBSTEPS: u32 = 2;
 /// Drones hover for so long before the plan begins (s), so that the air of those above is there and
-/// has been answered; not counted.
+/// has been answered; not counted. Chosen here.
 const SETTLE_S: f64 = 2.0;
-/// Flown on after the last trajectory has ended (s): air is still under way.
+/// Flown on after the last trajectory has ended (s), chosen here: air is still under way.
 const TAIL_S: f64 = 6.0;
 /// A drone that lands late flies on until it is as near to its pad (m), for no longer than that
 /// (s); chosen here.
 const DOWN_M: f64 = 0.05;
 const DOWN_S: f64 = 2.0;
-/// The floor is this far below the lowest centre (m): no body is a point.
+/// The floor is this far below the lowest centre (m), chosen here: no body is a point.
 const FLOOR_M: f64 = 0.02;
-/// Bodies are looked for within this (m).
+/// Bodies are looked for within this (m): chosen here.
 const CONTACT_M: f64 = 2.0;
-/// Obstacles below a drone are none within this of its pad (m).
+/// Obstacles below a drone are none within this of its pad (m), as the verifier has it.
 const PAD_M: f64 = 0.5;
 /// Drones times seconds that are flown at most: chosen here, about 400 MiB of what is kept of
 /// them.
 const MOST_DRONE_SECONDS: f64 = 3e5;
 /// Drones in one cell of floor at most: chosen here; a million pairs a step take tens of seconds.
 const MOST_IN_A_CELL: usize = 1000;
-/// Steps between two values of a trace: 10 Hz.
+/// Steps between two values of a trace: chosen here, 10 Hz.
 const TRACE_EVERY: usize = 5;
-/// Drones whose flight is kept over time.
+/// Drones whose flight is kept over time: chosen here.
 const WORST: usize = 3;
 /// Places of [`Paths`] in all: chosen here, a megabyte and a half of a page.
 const MOST_PLACES: usize = 180_000;
-/// Drones to a task at least: less work than it takes to hand out would be in one.
+/// Drones to a task at least, chosen here: less work than it takes to hand out would be in one.
 const PER_TASK: usize = 16;
 
 /// How to fly.

@@ -26,11 +26,11 @@ use crate::vehicle::{Dynamics, Vehicle, VehicleEntry};
 const SPEED_MPS: f64 = 0.118;
 /// The error is taken this far to each side of the axis (m). Assumed: the paper does not say.
 const WINDOW_M: f64 = 1.0;
-/// Another window, to say what it would change (m).
+/// Another window, to say what it would change (m): chosen here, twice as wide.
 const WIDER_M: f64 = 2.0;
-/// The pass begins and ends this far from the axis (m): outside the jet.
+/// The pass begins and ends this far from the axis (m): chosen here, outside the jet.
 const BEGINS_M: f64 = 3.0;
-/// Depths below the Offboard 2 (m).
+/// Depths below the Offboard 2 (m), as the paper has them.
 const DEPTHS_M: [f64; 2] = [1.0, 2.0];
 /// The paper's errors (m): root mean square and mean, without and with feed-forward.
 const MEASURED_M: [[[f64; 2]; 2]; 2] = [
@@ -39,11 +39,12 @@ const MEASURED_M: [[[f64; 2]; 2]; 2] = [
 ];
 /// Air of the paper's induced velocities (kg/m³).
 const DENSITY_KG_PER_M3: f64 = 1.204;
-/// Steps of controller and motion (s).
+/// Steps of controller and motion (s): chosen here, as in a flight.
 const STEP_S: f64 = 0.01;
-/// Passes with different gusts; errors are over all of them.
+/// Passes with different gusts, chosen here; errors are over all of them.
 const PASSES: u64 = 8;
-/// A vertical position gain is looked for between these (1/s).
+/// A vertical position gain is looked for between these (1/s): chosen here, beyond any in use on
+/// both sides.
 const GAINS_PER_S: (f64, f64) = (0.02, 50.0);
 
 /// The paper's flight, measured and simulated.

@@ -11,9 +11,10 @@ use crate::vehicle::Body;
 const OVER: f64 = 0.01;
 /// Above this alpha what altitude does counts as done by the air; chosen here, 2.5 % of power.
 const IN_AIR: f64 = 0.05;
-/// Steps over which alpha is averaged: 0.24 s, the time that rotors and altitude take to answer.
+/// Steps over which alpha is averaged, chosen here: 0.24 s, the time that rotors and altitude take
+/// to answer.
 const MEAN_STEPS: usize = 12;
-/// Beyond its limit by so much counts with lean of wakes and averaged alpha.
+/// Beyond its limit by so much counts with lean of wakes and averaged alpha: chosen here.
 const TENTH: f64 = 0.1;
 /// Deeper in an obstacle than this a body is in it (m): the tolerance of the verifier.
 const INSIDE_M: f64 = 0.005;

@@ -12,9 +12,11 @@ use crate::io::failure::Failure;
 use crate::plots::map::{self, Map};
 use crate::report::sections::{Part, Report};
 
-/// Depths of the table, in motor distances.
+/// Depths of the table, in motor distances: from the near field to where little is left.
 const DEPTHS_L: [f64; 9] = [1.0, 2.5, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0];
-/// Depths at which the width is looked at for its widest, and points of a drawn line.
+/// Depths at which the width is looked at for its widest, distances from the axis at which the
+/// farthest air is looked for, and points of a drawn line: chosen here, each step is half a
+/// percent.
 const STEPS: usize = 200;
 /// Speed of the slowest air that carries a wake down over the centreline's: that of large eddies
 /// (docs/formats.md, `convection`).

@@ -15,7 +15,7 @@ use crate::report::sections::{Part, Report};
 /// Depths of the table, in motor distances of the upper drone: from its near field to where little
 /// is left.
 const DEPTHS_L: [f64; 9] = [1.0, 2.5, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0];
-/// Points along a drawn line.
+/// Points along a drawn line: chosen here.
 const POINTS: usize = 120;
 
 #[derive(Args)]

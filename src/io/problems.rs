@@ -67,7 +67,7 @@ pub(crate) fn listed<'a>(
 /// From so many errors of one kind on, the first is told whole and the rest by their places alone:
 /// chosen here, so that what a person can read at a glance is told whole.
 const REPEATED: usize = 4;
-/// Most places named of the rest.
+/// Most places named of the rest: chosen here.
 const PLACES_NAMED: usize = 8;
 
 /// Errors of a kind: the first of them, and where the others are, if they are told by their places.

@@ -17,17 +17,17 @@ const STRIPS_WIDTH: f64 = 680.0;
 /// More strips than these would be too flat to read: the drones with the most simulated air come
 /// first.
 const STRIPS: usize = 4;
-/// Moments drawn along a strip.
+/// Moments drawn along a strip: chosen here, a strip is some hundreds of pixels wide.
 const MOMENTS: usize = 260;
-/// More points than these are counted in cells.
+/// More points than these are counted in cells: chosen here, they would cover one another.
 const POINTS: usize = 400;
-/// Cells of a square along each axis.
+/// Cells of a square along each axis: chosen here, some seven pixels each.
 const CELLS: usize = 56;
 /// Shades of the counts between paper and ink, each of them five times as many as the last.
 const SHADES: [f64; 6] = [0.12, 0.27, 0.42, 0.57, 0.75, 1.0];
 /// From one shade to the next.
 const SHADE_RATIO: f64 = 5.0;
-/// One value in so many may lie beyond either end of a square; of a strip, none.
+/// One value in so many may lie beyond either end of a square, chosen here; of a strip, none.
 const BEYOND: usize = 2000;
 
 /// One drone's channel over time; times rise.

@@ -15,7 +15,7 @@ use super::simulation::speed_readings;
 use crate::report::sections::Figure;
 use crate::report::words::{count, joined};
 
-/// Distance over half-width that the profiles show.
+/// Distance over half-width that the profiles show: chosen here.
 const WIDEST_XI: f64 = 4.0;
 
 /// Every figure that the calibration allows, the expansion first.

@@ -18,7 +18,7 @@ use super::readings::Spread;
 const WIDTH: f64 = 980.0;
 const PANEL_HEIGHT: f64 = 380.0;
 const NEAR_WIDTH: f64 = 760.0;
-/// Points along a curve.
+/// Pieces of a curve: chosen here, at its size they do not show.
 const STEPS: usize = 60;
 
 /// What is drawn.

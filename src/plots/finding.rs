@@ -16,7 +16,7 @@ use crate::report::sections::Figure;
 use crate::report::slice::{self, Placed};
 use crate::report::words::{channel_words, figures, joined};
 
-/// Medians further off than so many standard deviations of one sample get a sign.
+/// Medians further off than so many standard deviations of one sample get a sign: chosen here.
 const SIGNS: f64 = 2.0;
 /// Curves side by side.
 const CURVES: usize = 2;

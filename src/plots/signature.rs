@@ -9,9 +9,9 @@ use super::legend::{Entry, sheet};
 use super::readings::Spread;
 
 const SIZE: (f64, f64) = (1080.0, 470.0);
-/// Bins of a curve, with as many samples each.
+/// Bins of a curve, with as many samples each: chosen here.
 const BINS: usize = 16;
-/// Fewer samples than these in a bin say nothing about its median.
+/// Fewer samples than these in a bin say nothing about its median: chosen here.
 const LEAST_IN_BIN: usize = 8;
 /// Series of what is left after the correction.
 const AFTER: usize = 1;

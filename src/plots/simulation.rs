@@ -16,7 +16,7 @@ use super::residual_map::ResidualMap;
 use crate::report::sections::Figure;
 use crate::report::words::{channel_words, count, joined};
 
-/// Panels and points of the radial profiles.
+/// Panels and points of the radial profiles: chosen here.
 const SLICES: usize = 6;
 const BINS: usize = 14;
 

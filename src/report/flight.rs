@@ -7,7 +7,7 @@ use flight::report::{Case, DroneFlight, Flight, FlightReport};
 use super::sections::{Figure, Part, Report};
 use super::words::{LIST_ALL_UP_TO, LIST_MOST, count, joined, shortest};
 
-/// How many are named in a line.
+/// How many are named in a line: chosen here.
 const NAME_UP_TO: usize = 8;
 
 /// What became of a plan.

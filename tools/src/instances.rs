@@ -79,7 +79,7 @@ pub enum InstanceError {
     Radius(f64),
 }
 
-/// Height of every generated hall (m): eight flight levels of 1 m.
+/// Height of every generated hall (m): chosen here, eight flight levels of 1 m.
 const HEIGHT_M: f64 = 8.0;
 /// Smallest distance between neighbours on the circle (m), chosen here: two bodies of Offboard 2
 /// (0.198 m each to the rotor tips) and the default clearance of 0.1 m need 0.495 m.

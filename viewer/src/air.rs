@@ -12,8 +12,8 @@ use rayon::prelude::*;
 
 /// Contributions below this are not told one by one (m/s), chosen here: they print as 0.0.
 pub(crate) const FAINT_MPS: f64 = 0.05;
-/// Steps towards when air left: each divides the error by the ratio of a drone's vertical speed to
-/// the air's, about a tenth.
+/// Steps towards when air left, chosen here: each divides the error by the ratio of a drone's
+/// vertical speed to the air's, about a tenth.
 const STEPS_BACK: usize = 4;
 
 /// One wake that drones share: of an airframe at a mass.

@@ -15,8 +15,10 @@ use crate::waits::Waits;
 
 /// Levels of a wake's far field: chosen here, it is drawn straight between them.
 const LEVELS: [usize; 2] = [10, 4];
-/// Fleets with more drones are drawn with fewer levels.
+/// Fleets with more drones are drawn with fewer levels: chosen here.
 const FINE_UP_TO: usize = 150;
+/// Violations that the page lists at most: chosen here.
+const MOST_VIOLATIONS: usize = 50;
 /// In one unit of the page (m, s): a tenth of a millimetre and of a millisecond.
 const UNIT: f64 = 1e-4;
 
@@ -246,7 +248,7 @@ impl<'a> Scene<'a> {
             violations: plan
                 .violations
                 .iter()
-                .take(50)
+                .take(MOST_VIOLATIONS)
                 .map(ToString::to_string)
                 .collect(),
             drones: drones.collect(),

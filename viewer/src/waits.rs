@@ -13,7 +13,7 @@ use crate::air::AirOfPlan;
 /// Moments at which drones are looked at, over the fleet: chosen here, about half a second of one
 /// core.
 const MOST_SAMPLES: f64 = 80_000.0;
-/// Between two moments (s), at least and at most.
+/// Between two moments (s), at least and at most: chosen here.
 const STEP_S: [f64; 2] = [0.1, 0.6];
 /// A stop between two moves that is this long is told (s), as in plan.svg.
 const WAITS_FROM_S: f64 = 0.25;
@@ -30,7 +30,7 @@ const SLOWEST_MPS: f64 = 0.4;
 /// And comes below this share in between, but turns by less than 60 degrees: chosen here, such a
 /// turn alone leaves it 0.87 of its speed.
 const STILL: f64 = 0.1;
-/// Between two looks at its speed (s).
+/// Between two looks at its speed (s): chosen here, five to the shortest stop that is told.
 const LOOK_S: f64 = 0.05;
 
 /// A stop between two moves, or a dwell.

@@ -38,7 +38,7 @@ const STEP: f64 = 0.05;
 /// twice as far as any jet was measured.
 const DEEPEST: f64 = 50.0;
 const LONGEST: f64 = 120.0;
-/// Depths of the table, in `l`.
+/// Between two depths of the table, in `l`. Chosen here: a tenth of where the near field ends.
 const SPACING: f64 = 0.25;
 
 /// Largest wind over the induced velocity for which the bent jet holds.

@@ -45,7 +45,7 @@ pub const FRUSTA: usize = 7;
 /// of times the rounding of the formulas, and a nanometre per metre.
 const GROWTH: f64 = 1e-9;
 
-/// Depths at which the near field is searched, between the rotor plane and 2.5 l.
+/// Depths at which the near field is searched, between the rotor plane and 2.5 l: chosen here.
 const NEAR_FIELD_LEVELS: usize = 128;
 
 /// The near field is searched for this part of the limit. Between one searched depth and the next
@@ -264,7 +264,7 @@ fn outermost_radius_m(wake: &Wake, depth_m: f64, speed_mps: f64) -> Option<f64> 
 /// Bearings at which the edge is searched for. Chosen here: between two the farthest point of a jet
 /// moved by less than ten of its widths is missed by less than [`MARGIN`] allows for.
 const BEARINGS: u32 = 72;
-/// Depths searched in each section.
+/// Depths searched in each section: chosen here.
 const LEVELS: u32 = 12;
 /// The edge is searched for at this part of the limit: what lies between bearings and depths looked
 /// at. Chosen here, and checked by random points.

@@ -29,7 +29,7 @@ const COLUMNS: usize = 48;
 /// The same at single points, where nothing evens out what a column misses and few tables are made:
 /// chosen here, a fortieth of a half-width.
 const COLUMNS_AT_POINTS: usize = 192;
-/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+/// Points of the discs that are looked at together, chosen here: a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 /// Azimuths over which means are taken, or more: chosen here, means are not bounds.
 const MEAN_AZIMUTHS: usize = 5;
@@ -315,7 +315,7 @@ impl Envelope {
 /// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within
 /// 1.5 l.
 const FINE_STEP_L: f64 = 0.125;
-/// Where rows begin to grow with the jet (in motor distances).
+/// Where rows begin to grow with the jet (in motor distances): chosen here, below the near field.
 const FINE_UNTIL_L: f64 = 3.0;
 /// Growth of a row over the distance to the virtual origin, below that: chosen here, 4 % of decay a
 /// row.
@@ -324,7 +324,7 @@ const ROW_GROWTH: f64 = 0.04;
 const ROW_GROWTH_AT_POINTS: f64 = 0.01;
 /// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
 const SLACK: f64 = 1.02;
-/// The same for moved jets, between the bearings and depths looked at as well.
+/// The same for moved jets, between the bearings and depths looked at as well: chosen here.
 const MOVED_SLACK: f64 = 1.05;
 
 impl Envelope {

@@ -15,7 +15,7 @@ const BEARINGS: [u32; 2] = [48, 24];
 /// The axis moves by no more than this part of the jet's extent between two depths looked at.
 /// Chosen here: a jet moved by half of it is one percent slower at a place.
 const AXIS_STEP: f64 = 0.2;
-/// Most depths looked at in one slab.
+/// Most depths looked at in one slab: chosen here.
 const MOST_DEPTHS: f64 = 32.0;
 /// The thinnest slab, as a part of its depth: chosen here. A jet that lies down sweeps tens of
 /// metres within centimetres of depth.

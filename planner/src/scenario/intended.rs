@@ -25,7 +25,7 @@ const BELOW_M: f64 = 0.05;
 /// A drone whose last place is this near to where it would rest has landed (m), as the verifier has
 /// it.
 const LANDED_M: f64 = 0.01;
-/// Room around all places where no bounds are given (m).
+/// Room around all places where no bounds are given (m): chosen here.
 const ROOM_M: f64 = 1.0;
 /// Changes of velocity in no time up to this are rounding in the file (m/s), chosen here: a
 /// millisecond in a tenth of a second at 2 m/s.

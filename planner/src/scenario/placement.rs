@@ -266,7 +266,8 @@ fn path_out_m(
     needs_m: f64,
     most_m: f64,
 ) -> Option<f64> {
-    // Steps shrink where the path grazes a curved face; 200 settle all but the flattest grazing.
+    // Steps shrink where the path grazes a curved face; chosen here, 200 settle all but the
+    // flattest grazing.
     const STEPS: usize = 200;
     let mut path_m = 0.0;
     for _ in 0..STEPS {
@@ -291,7 +292,8 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
         .map(|i| Vector3::from([i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(f64::from)))
         .collect();
     lattice.sort_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
-    // Fibonacci's spiral: equal steps in height, golden angle (rad) in azimuth.
+    // Fibonacci's spiral: equal steps in height, golden angle (rad) in azimuth. How many: chosen
+    // here.
     const SPREAD: u32 = 128;
     const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
     let sphere = (0..SPREAD).map(|i| {
@@ -310,6 +312,7 @@ fn nearest_landing_m(
     last_m: Point3<f64>,
     body_radius_m: f64,
 ) -> Option<Point3<f64>> {
+    // Chosen here: up to 5 m away, in 16 directions.
     const RINGS: u32 = 50;
     const PLACES: u32 = 16;
     let needs_m = body_radius_m + world.planning.gap_to_solids_m();

@@ -47,7 +47,7 @@ const WHOLE: [(u32, [f64; 2]); 11] = [
     (1, [2.0, 2.5]),
     (2, [1.25, 1.5]),
 ];
-/// The same of a few among all others.
+/// The same of a few among all others: chosen here.
 const GROUP: [(u32, [f64; 2]); 6] = [
     (1, [1.0, 1.0]),
     (0, [1.1, 1.2]),

@@ -14,16 +14,17 @@ use service::{Handled, Service};
 
 use super::tally::Tally;
 
-/// Tries to find a free place.
+/// Tries to find a free place: chosen here.
 const TRIES: usize = 30;
 /// How far apart two drones' last places are at least, seen from above (m): bodies, columns and
 /// margins of an Offboard 2, in cells of 1 m.
 const APART_M: f64 = 1.4;
-/// How long a wreck lies (s).
+/// How long a wreck lies (s): chosen here.
 const LIES_S: f64 = 30.0;
-/// Largest delay (s): what a fleet that looks at itself every second does not see before.
+/// Largest delay (s), chosen here: what a fleet that looks at itself every second does not see
+/// before.
 const LATEST_S: f64 = 0.6;
-/// How much longer a copy of the plan is held against it (s).
+/// How much longer a copy of the plan is held against it (s): chosen here.
 const AHEAD_S: f64 = 60.0;
 
 /// What a client knows of a drone.

@@ -14,7 +14,8 @@ use crate::io::watch::resident_memory_bytes;
 const FLAT: f64 = 1.2;
 /// Of each kind of what is wrong so many are told: chosen here, a screen's worth.
 const MOST_TOLD: usize = 20;
-/// From how many looks at it on memory is judged: before, a fleet still fills what it has.
+/// From how many looks at it on memory is judged, chosen here: before, a fleet still fills what it
+/// has.
 const MOST_LOOKS: usize = 20;
 
 /// A look at the plan.

@@ -20,7 +20,7 @@ pub enum Floor {
     Field,
 }
 
-/// Flight levels of 1 m: the height of every floor (m).
+/// Flight levels of 1 m: the height of every floor (m). Chosen here, as the sides of the floors.
 const LEVELS: u32 = 8;
 /// Side of the hall (m).
 const HALL_M: u32 = 64;

@@ -19,7 +19,7 @@ pub struct RandomWorld {
 
 /// Drones asked for, at most; chosen here: a world is planned in seconds.
 const MOST_DRONES: usize = 10;
-/// Draws of a drone before it is left out.
+/// Draws of a drone before it is left out: chosen here.
 const TRIES: usize = 4;
 
 /// A world of up to ten drones, presets and frames of its own, hovering and landed, with tasks,

@@ -6,7 +6,7 @@ use diagnosis::statistics::draws::Draws;
 
 /// The heavy drone of a mixed fleet.
 pub(super) const MATRICE_300: &str = "matrice-300";
-/// Every so manieth drone of a mixed fleet is heavy.
+/// Every so manieth drone of a mixed fleet is heavy: chosen here.
 const EVERY: usize = 10;
 
 /// One airframe: starts in distinct columns, goals in distinct columns, heights free.

@@ -28,7 +28,7 @@ const SAME_MPS: f64 = 1e-6;
 /// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and
 /// kept, 2 MiB.
 const MOST_ENTRIES: usize = 8 << 20;
-/// The same of smooth flights, whose wakes and bodies are somewhat wider.
+/// The same of smooth flights, whose wakes and bodies are somewhat wider: chosen here.
 const MOST_SMOOTH_ENTRIES: usize = 16 << 20;
 
 /// What flies alike as others are concerned.
@@ -60,7 +60,7 @@ pub(super) struct Span {
     pub(super) on_second: u8,
 }
 
-/// Parts of a budget that are told apart.
+/// Parts of a budget that are told apart: chosen here, what a byte holds.
 pub(super) const LOADS: f64 = 250.0;
 
 impl Span {

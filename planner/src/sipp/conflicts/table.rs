@@ -22,7 +22,7 @@ pub(super) struct Extent {
     pub(super) bodies: i32,
 }
 
-/// By so many layers two steps may come farther from one another.
+/// By so many layers two steps may come farther from one another: each climbs or sinks by one.
 const CLIMBS: i32 = 2;
 
 /// What two classes do to one another, by directions and offset.

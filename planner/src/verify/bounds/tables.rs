@@ -82,17 +82,17 @@ impl Samples {
     }
 }
 
-/// Layers of the near field, between the rotor plane and 2.5 motor distances: 0.1 motor distances
-/// each.
+/// Layers of the near field, between the rotor plane and 2.5 motor distances: chosen here, 0.1
+/// motor distances each.
 const LAYERS: usize = 25;
-/// Rings of the near field, 30 to a motor distance; what is farther out than 4 counts as the last
-/// one.
+/// Rings of the near field, chosen here: 30 to a motor distance; what is farther out than 4 counts
+/// as the last one.
 const RINGS: usize = 120;
 const RINGS_PER_MOTOR_DISTANCE: f64 = 30.0;
-/// Depths sampled in a layer of the near field.
+/// Depths sampled in a layer of the near field, chosen here: as close as the rings.
 const FINE: usize = 3;
 /// Samples between one diagonal and the next axis: the field of four rotors repeats every 90
-/// degrees and is its own mirror image about each diagonal.
+/// degrees and is its own mirror image about each diagonal. How many: chosen here.
 const NEAR_BEARINGS: usize = 9;
 /// On what is sampled in the near field, chosen here: the highest speed between samples 0.033 motor
 /// distances apart exceeds the sampled by curvature (2 ln 2 / b² per rotor flow, half-width b >=
@@ -182,7 +182,8 @@ const RING_FACTOR: f64 = 1.08;
 const OUTERMOST: f64 = 30.0;
 /// Bearings sampled: an eighth of a lobe of four rotors; chosen here.
 const BEARINGS: usize = 32;
-/// The axis moves by at most this part of the half-width between two sampled depths.
+/// The axis moves by at most this part of the half-width between two sampled depths, with no fewer
+/// and no more than so many: chosen here.
 const AXIS_STEP: f64 = 0.2;
 const FEWEST_DEPTHS: f64 = 3.0;
 const MOST_DEPTHS: f64 = 40.0;

@@ -26,9 +26,9 @@ use crate::verify::extents::{FAINTEST_WAKE_MPS, Places};
 /// Depth below the end of the near field from which the far-field bound is taken, as a factor on
 /// it: rounding must not ask for a centreline above its range.
 const JUST_BELOW: f64 = 1.0 + 1e-9;
-/// Depth of one step of the table of reaches, in near-field depths.
+/// Depth of one step of the table of reaches, in near-field depths: chosen here.
 const REACH_STEP: f64 = 0.5;
-/// Steps of that table; below the last the greatest reach of all is taken.
+/// Steps of that table, chosen here; below the last the greatest reach of all is taken.
 const REACH_STEPS: usize = 128;
 
 /// A wake with its bounds.

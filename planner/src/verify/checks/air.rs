@@ -25,10 +25,12 @@ use crate::verify::violation::{Found, Worst};
 /// limit.
 pub(crate) const ALPHA_TOLERANCE: f64 = 1e-3;
 
-/// Errors allowed in the highest air, as a part of it and over U_H.
+/// Errors allowed in the highest air, as a part of it and over U_H: chosen here, below what is
+/// printed.
 const WORST_TOLERANCE: f64 = 1e-3;
 const WORST_FLOOR: f64 = 1e-4;
-/// Error allowed in the mean over a part of the flight, over U_H: 0.005 % of extra energy.
+/// Error allowed in the mean over a part of the flight, over U_H: chosen here, 0.005 % of extra
+/// energy.
 const DOSE_FLOOR: f64 = 1e-4;
 
 /// The downwash that one drone is exposed to while it is airborne.

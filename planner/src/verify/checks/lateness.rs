@@ -21,7 +21,7 @@ use crate::verify::time::encounters::{Encounter, encounters};
 /// Delays are looked at up to this (s), chosen here: a drone that is later than that is planned
 /// again.
 pub const LATEST_S: f64 = 3.0;
-/// Delays are told to this (s).
+/// Delays are told to this (s): chosen here, a tick of the search.
 pub const FINE_S: f64 = 0.01;
 
 /// How late one drone may be.

@@ -47,7 +47,7 @@ const MOST_PARTS: usize = 50_000;
 const LONG_LEAVING: f64 = 4.0;
 /// On either side of a moment of another clock (s), so that it lies within a span: rounding.
 const MOMENT_S: f64 = 1e-6;
-/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+/// Points of the discs that are looked at together, chosen here: a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 
 /// Parts of one slice of time that are looked at where the air is only told, chosen here: a few

@@ -15,7 +15,7 @@ use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::join;
 use crate::verify::violation::{Found, Worst};
 
-/// A moment is told to this (s).
+/// A moment is told to this (s): chosen here.
 const MOMENT_S: f64 = 1e-3;
 /// Two parts whose offset is this near to that of their chords count as straight (m): chosen here,
 /// a tenth of what bodies may touch by.

@@ -26,7 +26,7 @@ use crate::verify::violation::{Found, Worst};
 /// A zone is violated above this part of its limit, chosen here.
 const VIOLATED: f64 = 1.005;
 /// What cannot exceed this part of the limit is not searched further: no point of a zone found in
-/// order exceeds its limit by more.
+/// order exceeds its limit by more. Chosen here: half as much again as is violated.
 const CLEARED: f64 = 1.0075;
 /// Steps in which the air is no more than this above the highest known are left, where that is only
 /// told: with [`CLEARED`] 5 %, chosen here.
@@ -48,7 +48,8 @@ const MOST_PARTS: usize = 500_000;
 const MOST_PARTS_IN_ALL: usize = 1_500_000;
 /// The same where it is only asked whether limits are kept, chosen here: less than a second.
 const MOST_PARTS_ASKED: usize = 200_000;
-/// What a part costs where wakes are advected, in parts without: where air left is looked for.
+/// What a part costs where wakes are advected, in parts without: chosen here, since where air left
+/// is looked for.
 const ADVECTED_COST: usize = 4;
 /// Parts searched in a step once [`MOST_PARTS_IN_ALL`] are used up, chosen here.
 const FEWEST_PARTS: usize = 32;

@@ -2,9 +2,9 @@
 
 use crate::verify::extents::Span;
 
-/// Shortest span that is still divided (s). What is judged by its middle alone lasts no longer than
-/// this; at 2 m/s it is 2 mm of path, a hundredth of the half-width of the narrowest wake known
-/// here.
+/// Shortest span that is still divided (s), chosen here. What is judged by its middle alone lasts
+/// no longer than this; at 2 m/s it is 2 mm of path, a hundredth of the half-width of the narrowest
+/// wake known here.
 pub(crate) const SHORTEST_S: f64 = 1e-3;
 
 /// Appends a span, or lengthens the last one where they touch: gaps up to [`SHORTEST_S`] are none.
@@ -83,7 +83,7 @@ const REMAINDERS: [(f64, i32); 5] = [(0.83, 2), (0.195, 4), (0.03, 6), (3.8e-3, 
 /// here.
 const MOST_WIDTHS: f64 = 2.0;
 
-/// Part of an integral by which it may be wrong.
+/// Part of an integral by which it may be wrong: chosen here.
 const RELATIVE_ERROR: f64 = 1e-3;
 
 /// What is known of two functions before they are integrated over spans of time.

@@ -23,7 +23,7 @@ use crate::plan::trajectory::{Motion, SAME_TIME_S};
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
 use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, superpose};
 
-/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+/// Points of the discs that are looked at together, chosen here: a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 
 /// How exactly it is known when a receiver is near enough to a wake (m): chosen here, a small part
