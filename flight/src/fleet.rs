@@ -8,7 +8,7 @@ use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::{Point3, Vector3};
 use planner::Plan;
 use planner::plan::{Bounds, DronePlan};
-use planner::verify::Solid;
+use planner::verify::NamedSolid;
 use thiserror::Error;
 
 use crate::reference::Course;
@@ -87,13 +87,13 @@ impl Craft {
 /// A solid and its bounding box (m).
 #[derive(Debug)]
 pub(crate) struct Boxed {
-    pub(crate) solid: Solid,
+    pub(crate) solid: NamedSolid,
     low_m: Vector3<f64>,
     high_m: Vector3<f64>,
 }
 
 impl Boxed {
-    fn new(solid: Solid) -> Boxed {
+    fn new(solid: NamedSolid) -> Boxed {
         let [low_m, high_m] = solid.corners_m().map(|it| it.coords);
         Boxed {
             solid,
@@ -146,11 +146,13 @@ impl Fleet {
         if !is_box || !corners().all(|it| is_within(*it, PLACE_M)) {
             return Err(FlyError::Place("its bounds are no box".to_owned()));
         }
-        let solids = plan.obstacles.iter().map(Solid::new);
-        let solids: Result<Vec<Solid>, String> = solids.collect();
+        let solids = plan.obstacles.iter().map(NamedSolid::new);
+        let solids: Result<Vec<NamedSolid>, String> = solids.collect();
         let keep_out = plan.zones.iter().filter(|zone| zone.keep_out);
         let solids = solids.map_err(FlyError::Place)?.into_iter();
-        let solids = solids.chain(keep_out.map(Solid::of_zone)).map(Boxed::new);
+        let solids = solids
+            .chain(keep_out.map(NamedSolid::of_zone))
+            .map(Boxed::new);
         let mut fleet = Fleet {
             crafts: Vec::with_capacity(plan.drones.len()),
             superposition,

@@ -57,7 +57,7 @@ use serde::Serialize;
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
 pub(crate) use again::Judgements;
 use again::Known;
-pub use bounds::obstacles::Solid;
+pub use bounds::obstacles::NamedSolid;
 pub use checks::air::DroneExposure;
 pub use checks::lateness;
 use checks::zone::{Asked, SLIGHTEST_MPS};

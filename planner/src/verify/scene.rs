@@ -5,7 +5,7 @@ use std::sync::Arc;
 use airflow::{Convection, DiscPoints, FarField, Flown, Source, Superposition};
 use nalgebra::Point3;
 
-use super::bounds::obstacles::{Obstacles, Solid};
+use super::bounds::obstacles::{NamedSolid, Obstacles};
 use super::bounds::wake::BoundedWake;
 use super::extents::{Places, Span};
 use crate::plan::trajectory::{Motion, Trajectory};
@@ -22,7 +22,7 @@ pub(crate) struct Scene<'a> {
     /// Those with a box and a limit.
     pub(crate) zones: Vec<&'a Zone>,
     /// Zones that keep bodies out.
-    pub(crate) keep_out: Vec<Solid>,
+    pub(crate) keep_out: Vec<NamedSolid>,
     /// How early or late, and how far off its path, every drone may be.
     pub(crate) margins: Margins,
     /// How wakes add up at a point.

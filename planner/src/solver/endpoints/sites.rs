@@ -10,7 +10,7 @@ use crate::plan::outcome::EndpointKind;
 use crate::plan::trajectory::{Motion, SAME_PLACE_M};
 use crate::scenario::world::{AtEnd, AtStart, World};
 use crate::verify::FAINTEST_WAKE_MPS;
-use crate::verify::bounds::obstacles::{Obstacles, Solid};
+use crate::verify::bounds::obstacles::{NamedSolid, Obstacles};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::checks::air::ALPHA_TOLERANCE;
 use crate::verify::checks::zone::{Downwash, Field, Peak};
@@ -64,7 +64,7 @@ impl<'a> EndpointJudge<'a> {
         let solids = world.obstacles.iter();
         let obstacles = Obstacles {
             floor_z_m: world.bounds_m.min.z,
-            solids: (solids.filter_map(|it| Solid::new(it).ok())).collect(),
+            solids: (solids.filter_map(|it| NamedSolid::new(it).ok())).collect(),
         };
         let density = world.air.density_kg_per_m3();
         let judge = EndpointJudge {

@@ -24,12 +24,12 @@ pub(crate) struct Obstacles {
     /// Height of the floor (m).
     pub(crate) floor_z_m: f64,
     /// In the plan's order.
-    pub(crate) solids: Vec<Solid>,
+    pub(crate) solids: Vec<NamedSolid>,
 }
 
 /// A named solid in the world.
 #[derive(Debug)]
-pub struct Solid {
+pub struct NamedSolid {
     /// The plan's name for it.
     pub name: String,
     shape: Shape,
@@ -59,7 +59,7 @@ impl Obstacles {
 
     /// Indices of the solids on whose top a wake may end whose drone is somewhere in a box.
     pub(crate) fn that_may_stop(&self, wake: &Wake, places_m: &Places) -> Vec<u32> {
-        let may = |solid: &Solid| {
+        let may = |solid: &NamedSolid| {
             let top_z_m = solid.top_z_m().filter(|top_z_m| *top_z_m > self.floor_z_m);
             top_z_m.is_some_and(|top_z_m| solid.stops(wake, places_m, top_z_m).0)
         };
@@ -95,14 +95,14 @@ impl Obstacles {
     }
 }
 
-impl Solid {
+impl NamedSolid {
     /// A solid.
     ///
     /// # Errors
     ///
     /// In words, why its numbers make none: not finite, corners in disorder, a negative size, or
     /// triangles between vertices that are not there.
-    pub fn new(entry: &plan::Obstacle) -> Result<Solid, String> {
+    pub fn new(entry: &plan::Obstacle) -> Result<NamedSolid, String> {
         let no = |what: &str| format!("obstacle `{}` is no {what}", entry.name);
         let (shape, box_m) = match &entry.shape {
             plan::Solid::Box { min_m, max_m } => {
@@ -143,7 +143,7 @@ impl Solid {
                 (shape, box_m)
             }
         };
-        Ok(Solid {
+        Ok(NamedSolid {
             name: entry.name.clone(),
             shape,
             box_m,
@@ -151,8 +151,8 @@ impl Solid {
     }
 
     /// A zone as a solid.
-    pub fn of_zone(zone: &plan::Zone) -> Solid {
-        Solid {
+    pub fn of_zone(zone: &plan::Zone) -> NamedSolid {
+        NamedSolid {
             name: zone.name.clone(),
             shape: Shape::Box,
             box_m: (zone.min_m.coords, zone.max_m.coords),

@@ -13,7 +13,7 @@ use nalgebra::Point3;
 
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Plan, Zone};
-use crate::verify::bounds::obstacles::{Obstacles, Solid};
+use crate::verify::bounds::obstacles::{NamedSolid, Obstacles};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::extents::is_box;
 use crate::verify::scene::{Flight, Scene, Smooth};
@@ -110,12 +110,12 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         bounded = false;
     }
     let solids = plan.obstacles.iter().map(|it| {
-        let solid = Solid::new(it)?;
+        let solid = NamedSolid::new(it)?;
         let is_near = places(&solid.corners_m());
         is_near.map_err(|why| format!("obstacle `{}`: {why}", it.name))?;
         Ok(solid)
     });
-    let solids: Vec<Solid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
+    let solids: Vec<NamedSolid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
     let zones = plan.zones.iter().filter(|zone| {
         let ok = is_box(&zone.min_m, &zone.max_m)
             && places(&[zone.min_m, zone.max_m]).is_ok()
@@ -163,7 +163,7 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
             solids,
         },
         keep_out: (zones.iter().filter(|it| it.keep_out))
-            .map(|it| Solid::of_zone(it))
+            .map(|it| NamedSolid::of_zone(it))
             .collect(),
         zones,
         margins,

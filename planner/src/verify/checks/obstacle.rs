@@ -9,7 +9,7 @@ use nalgebra::Point3;
 
 use crate::plan::trajectory::Motion;
 use crate::plan::{ViolationKind, Zone};
-use crate::verify::bounds::obstacles::Solid;
+use crate::verify::bounds::obstacles::NamedSolid;
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Part, Scene};
 use crate::verify::time::spans::join;
@@ -40,7 +40,7 @@ struct Rule<'a> {
     /// What breaks it.
     kind: ViolationKind,
     /// Which solid.
-    solid: &'a Solid,
+    solid: &'a NamedSolid,
     /// From it to the rotor-plane centre, standing and flying (m).
     allowed_m: [f64; 2],
     /// Pads near which the top of the solid is exempt (m).
@@ -100,7 +100,7 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
 
 /// Whether a body is ever in a box of a zone that does not keep it out.
 pub(crate) fn enters(scene: &Scene<'_>, flight: &Flight, zone: &Zone) -> bool {
-    let solid = Solid::of_zone(zone);
+    let solid = NamedSolid::of_zone(zone);
     let rule = Rule {
         kind: ViolationKind::KeepOut,
         solid: &solid,
