@@ -157,12 +157,6 @@ impl Costmap {
         &self.legs[drone.0 as usize]
     }
 
-    /// From here on nothing changes any more: the end of all legs that end, and of the air that
-    /// they leave behind.
-    pub(crate) fn horizon(&self) -> Tick {
-        self.timeline.horizon()
-    }
-
     fn wakes(&self) -> Wakes<'_> {
         Wakes {
             fleet: &self.fleet,
@@ -211,14 +205,6 @@ impl Costmap {
         let drone = first.drone;
         self.remove(drone);
         self.timeline.forget_all_met();
-        let last = legs.iter().map(|leg| {
-            let last = match leg.end {
-                Tick::FOREVER => leg.start,
-                end => end,
-            };
-            last.after(self.own_delay(leg) + self.shift())
-        });
-        self.timeline.extend_to(last.max().unwrap_or_default());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
             for part in parts(leg) {

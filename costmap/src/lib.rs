@@ -15,12 +15,10 @@
 //! - [`reservations`]: what a fleet has reserved, by place and time
 //! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
 //! - [`verdict`]: the answer
-//! - [`assess`]: the same in full, with the air integrated: what is printed
 
 /// For a search that asks this crate alone, and names no jet.
 pub use airflow::GoldenSection;
 
-pub mod assess;
 pub mod costmap;
 pub mod leg;
 pub mod reservations;

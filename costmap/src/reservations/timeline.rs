@@ -8,7 +8,6 @@ use std::sync::OnceLock;
 
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::ground::{Bins, Footprint, Ground};
-use crate::reservations::over_time::BUCKET_TICKS;
 use crate::verdict::{Incoming, peak};
 
 /// A leg of the fleet, or a part of one.
@@ -114,7 +113,6 @@ pub struct Timeline {
     unused: Vec<u32>,
     /// Per drone, its items in order of time.
     of_drones: Vec<Vec<u32>>,
-    horizon: Tick,
 }
 
 impl Timeline {
@@ -127,24 +125,12 @@ impl Timeline {
             items: Vec::new(),
             unused: Vec::new(),
             of_drones: vec![Vec::new(); drones],
-            horizon: Tick(0),
         }
     }
 
     /// The floor.
     pub fn ground(&self) -> &Ground {
         &self.ground
-    }
-
-    /// From here on nothing changes any more, in whole seconds.
-    pub(crate) fn horizon(&self) -> Tick {
-        self.horizon
-    }
-
-    /// Something changes until a moment.
-    pub(crate) fn extend_to(&mut self, moment: Tick) {
-        let whole = moment.0.div_ceil(BUCKET_TICKS).saturating_mul(BUCKET_TICKS);
-        self.horizon = self.horizon.max(Tick(whole));
     }
 
     /// Adds a leg, or a part of one that began and ends at other times.

@@ -6,12 +6,11 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use crate::leg::{KindId, Leg, Tick};
 use crate::verdict::price;
 use crate::volumes::downwash::{Section, column};
-use crate::volumes::iso_speed::IsoSpeedVolume;
 use crate::volumes::keep_out::{Hung, KeepOut};
 use crate::volumes::relative::{Relative, nearest_radius_m};
 use crate::wake::advected::{Carrier, advected};
@@ -77,11 +76,6 @@ fn negligible_share(superposition: Superposition) -> f64 {
     }
 }
 
-/// A wake slower than this share of every receiver's induced velocity is left out of what is
-/// printed: chosen here, it changes the root of a sum of squares of 0.3 by less than a part in four
-/// hundred.
-const LEAST_ALPHA: f64 = 0.02;
-
 /// What recirculation leaves of a limit. Never nothing: a limit below it is refused before
 /// planning.
 pub(crate) fn left(limit: f64, recirculated: f64) -> f64 {
@@ -100,8 +94,6 @@ pub struct Fleet {
     columns: Vec<Section>,
     /// What a receiver measures air by, by kind (m/s).
     measures_mps: Vec<f64>,
-    /// Points over the rotor discs, by airframe.
-    discs: Vec<DiscPoints>,
     /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter]`.
     envelopes: Vec<Arc<Envelope>>,
     /// Speed at a point, by emitter, for zones.
@@ -113,9 +105,6 @@ pub struct Fleet {
     far_loads: FarLoads,
     /// Per kind, how late its air may be.
     carriers: Vec<Carrier>,
-    /// By kind, where its wake is faster than [`LEAST_ALPHA`] of any receiver's measure: worked out
-    /// when asked for.
-    iso_speed: Vec<OnceLock<IsoSpeedVolume>>,
     conditions: Conditions,
 }
 
@@ -260,7 +249,6 @@ impl Fleet {
                 ))
             })
             .collect();
-        let iso_speed = vec![OnceLock::new(); kinds.len()];
         let fleet = Fleet {
             columns: wakes
                 .iter()
@@ -269,7 +257,6 @@ impl Fleet {
             kinds,
             wakes,
             measures_mps,
-            discs,
             envelopes,
             points,
             emitters: emitters.len(),
@@ -277,7 +264,6 @@ impl Fleet {
             reach_m: Vec::new(),
             far_loads: FarLoads::default(),
             carriers,
-            iso_speed,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u32;
@@ -323,20 +309,6 @@ impl Fleet {
         &self.wakes[kind.index()]
     }
 
-    /// Where the wake of this kind counts in what is printed.
-    pub(crate) fn iso_speed(&self, kind: KindId) -> &IsoSpeedVolume {
-        let lowest_mps = self
-            .measures_mps
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
-        let make = || {
-            let volume = IsoSpeedVolume::new(self.wake(kind), LEAST_ALPHA * lowest_mps);
-            volume.expect("an induced velocity is positive")
-        };
-        self.iso_speed[kind.index()].get_or_init(make)
-    }
-
     /// How late the air of this kind may be.
     pub fn carrier(&self, kind: KindId) -> &Carrier {
         &self.carriers[kind.index()]
@@ -346,11 +318,6 @@ impl Fleet {
     /// rotors, unless it feels another part of it.
     pub(crate) fn measure_mps(&self, kind: KindId) -> f64 {
         self.measures_mps[kind.index()]
-    }
-
-    /// Points over the rotor discs of this kind.
-    pub fn discs(&self, kind: KindId) -> &DiscPoints {
-        &self.discs[self.kind(kind).airframe]
     }
 
     /// The air they meet in.
