@@ -34,6 +34,7 @@
 //! [`verify`](mod@verify). To read the code, take the rooms in this order, each of which imports
 //! only from those before it:
 //!
+//! 0. `form`: JSON held against its schema, each field at fault in words.
 //! 1. `plan`: a plan as plain data (`plan.json`), its trajectories, and what a run answers
 //!    ([`Outcome`]).
 //! 2. `scenario`: RON text with every error at its place, the [`World`] that it means, obstacles as
@@ -55,6 +56,7 @@
 //! are seconds from the plan's beginning; inside the search they are whole ticks of a hundredth of
 //! a second.
 
+pub mod form;
 pub mod plan;
 pub mod replan;
 pub mod scenario;

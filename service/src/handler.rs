@@ -6,9 +6,12 @@ use std::fmt;
 use std::sync::atomic::{self, AtomicBool};
 
 use nalgebra::Point3;
+use planner::form::{FieldFault, FieldFaultKind};
+use planner::plan::file::NotAPlan;
 use planner::plan::{self, TrajectoryEntry, Violation};
 use planner::replan::change::{self as planned, ChangeError};
 use planner::replan::rolling::Replanned;
+use planner::scenario::limits::BUSY_S;
 use planner::scenario::world;
 use planner::{Control, Outcome, Problems, Running};
 use serde::de::DeserializeOwned;
@@ -16,14 +19,14 @@ use serde_json::Value;
 
 use crate::landing::Landings;
 use crate::message::{
-    Add, Answer, Change, Changed, Closed, Code, Id, LandAll, Landing, Late, MOST_BYTES,
+    self, Add, Answer, Change, Changed, Closed, Code, Id, LandAll, Landing, Late, MOST_BYTES,
     MOST_CHANGES, MOST_DRONES, OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen,
     State, Task, Told, Whole,
 };
 use crate::off_plan::{self, OffPlan};
 
 /// One plan that is being flown, or none.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Service {
     flown: Option<Flown>,
     /// The first answer has been given.
@@ -164,6 +167,7 @@ impl Service {
                     plan: Some(plan),
                     time_limit_s: None,
                 };
+                let open = Params::of(open);
                 self.open(open, &|| 0.0).map(|_| None).map_err(told)
             }
             Record::Changed {
@@ -178,7 +182,7 @@ impl Service {
                     let what = format!("revision {revision} does not follow revision {now}");
                     return Err(ReplayError(what));
                 }
-                let limit = Limit::new(None, &|| 0.0).map_err(told)?;
+                let limit = Limit::new(None, &|| 0.0);
                 flown
                     .replan(at_s, changes, &limit)
                     .map(|(patch, _)| Some(patch))
@@ -200,38 +204,45 @@ impl Service {
         }
         let value: Value = serde_json::from_str(line).map_err(|error| {
             let place = format!("column {}", error.column());
-            vec![refusal(Code::Malformed, place, error.to_string())]
+            let what = error.to_string();
+            let at = format!(" at line {} column {}", error.line(), error.column());
+            let what = what.strip_suffix(&at).unwrap_or(&what);
+            vec![refusal(Code::Malformed, place, format!("no JSON: {what}"))]
         })?;
         let Value::Object(mut fields) = value else {
             return refused(Code::Field, "", "a request is an object");
         };
         if let Some(given) = fields.remove("id") {
-            *id = Some(parsed(given, "id")?);
+            *id = Some(read(given, "Id", "id")?.asked);
         }
         let method: String = match fields.remove("method") {
-            Some(given) => parsed(given, "method")?,
-            None => return refused(Code::Field, "method", "missing field `method`"),
+            Some(Value::String(given)) => given,
+            other => {
+                let given = other.map_or("missing".to_owned(), |it| format!("{it} is none"));
+                let message = format!("`method`: {given}: there are {}", METHODS.join(", "));
+                return refused(Code::Field, "method", message);
+            }
         };
         *asked = METHODS.into_iter().find(|known| *known == method);
         let params = fields.remove("params");
         if let Some(unknown) = fields.keys().next() {
-            let message = format!("unknown field `{unknown}`, there are id, method, params");
+            let message = format!("`{unknown}`: no such field, there are id, method, params");
             return refused(Code::Field, unknown, message);
         }
         let given = |it: Option<Value>| match it {
             Some(params) => Ok(params),
-            None => refused(Code::Field, "params", "missing field `params`"),
+            None => refused(Code::Field, "params", "`params`: missing: an object"),
         };
         let none = |it: Option<Value>| match it {
             None | Some(Value::Null) => Ok(()),
             Some(Value::Object(fields)) if fields.is_empty() => Ok(()),
-            Some(_) => refused(Code::Field, "params", "this method takes none"),
+            Some(_) => refused(Code::Field, "params", "`params`: this method takes none"),
         };
         match &method[..] {
-            "open" => self.open(parsed(given(params)?, "params")?, elapsed_s),
-            "change" => self.change(parsed(given(params)?, "params")?, elapsed_s),
-            "state" => self.state(parsed(given(params)?, "params")?, elapsed_s),
-            "land_all" => self.land_all(parsed(given(params)?, "params")?, elapsed_s),
+            "open" => self.open(read(given(params)?, "Open", "params")?, elapsed_s),
+            "change" => self.change(read(given(params)?, "Change", "params")?, elapsed_s),
+            "state" => self.state(read(given(params)?, "State", "params")?, elapsed_s),
+            "land_all" => self.land_all(read(given(params)?, "LandAll", "params")?, elapsed_s),
             "plan" => none(params).and_then(|()| Ok((self.flown()?.whole(), None))),
             "close" => none(params).and_then(|()| self.close()),
             other => refused(
@@ -256,7 +267,11 @@ impl Service {
         Ok((Told::Closed(Closed { closed }), Some(Record::Closed)))
     }
 
-    fn open(&mut self, open: Open, elapsed_s: &(dyn Fn() -> f64 + Sync)) -> Result<Done, Refusals> {
+    fn open(
+        &mut self,
+        asked: Params<Open>,
+        elapsed_s: &(dyn Fn() -> f64 + Sync),
+    ) -> Result<Done, Refusals> {
         if self.flown.is_some() {
             return refused(
                 Code::AlreadyOpen,
@@ -264,9 +279,10 @@ impl Service {
                 "a plan is open; close it first",
             );
         }
-        let limit = Limit::new(open.time_limit_s, elapsed_s)?;
-        let world = planner::read_world(&open.scenario)
-            .map_err(|problems| of_scenario(&open.scenario, problems))?;
+        let world = planner::read_world(&asked.asked.scenario);
+        let world = world.map_err(|problems| of_scenario(&asked.asked.scenario, problems));
+        let (open, world) = asked.with(world)?;
+        let limit = Limit::new(open.time_limit_s, elapsed_s);
         let plan = match &open.plan {
             Some(given) => taken_over(given)?,
             None => planned_anew(&world, &limit)?,
@@ -294,13 +310,17 @@ impl Service {
 
     fn change(
         &mut self,
-        change: Change,
+        asked: Params<Change>,
         elapsed_s: &(dyn Fn() -> f64 + Sync),
     ) -> Result<Done, Refusals> {
-        let limit = Limit::new(change.time_limit_s, elapsed_s)?;
         let flown = self.flown()?;
-        flown.is_meant(change.revision)?;
-        flown.on_time(change.at_s)?;
+        flown.is_meant(asked.asked.revision)?;
+        let mut in_order = flown.on_time(asked.asked.at_s);
+        if !asked.beyond.is_empty() {
+            in_order = flown.in_order(&asked.asked);
+        }
+        let (change, ()) = asked.with(in_order)?;
+        let limit = Limit::new(change.time_limit_s, elapsed_s);
         let count = change.changes.len();
         if count == 0 || count > MOST_CHANGES {
             let code = if count == 0 {
@@ -317,30 +337,33 @@ impl Service {
 
     fn land_all(
         &mut self,
-        asked: LandAll,
+        asked: Params<LandAll>,
         elapsed_s: &(dyn Fn() -> f64 + Sync),
     ) -> Result<Done, Refusals> {
-        let limit = Limit::new(asked.time_limit_s, elapsed_s)?;
         let flown = self.flown()?;
-        asked.revision.map_or(Ok(()), |it| flown.is_meant(it))?;
-        flown.on_time(asked.at_s)?;
+        (asked.asked.revision).map_or(Ok(()), |it| flown.is_meant(it))?;
+        let on_time = flown.on_time(asked.asked.at_s);
+        let (asked, ()) = asked.with(on_time)?;
+        let limit = Limit::new(asked.time_limit_s, elapsed_s);
         let (landing, record) = flown.land_all(asked.at_s, &limit)?;
         Ok((Told::Landing(landing), Some(record)))
     }
 
     fn state(
         &mut self,
-        state: State,
+        asked: Params<State>,
         elapsed_s: &(dyn Fn() -> f64 + Sync),
     ) -> Result<Done, Refusals> {
-        let limit = Limit::new(state.time_limit_s, elapsed_s)?;
         let flown = self.flown()?;
-        flown.on_time(state.at_s)?;
-        if state.drones.len() > MOST_DRONES {
-            let message = format!("{} drones, of at most {MOST_DRONES}", state.drones.len());
+        let count = asked.asked.drones.len();
+        if count > MOST_DRONES {
+            let message = format!("{count} drones, of at most {MOST_DRONES}");
             return refused(Code::TooMuch, "params.drones", message);
         }
-        let Sighting { late, off_path } = flown.judge(&state, &limit)?;
+        let limit = Limit::new(asked.asked.time_limit_s, elapsed_s);
+        let on_time = flown.on_time(asked.asked.at_s);
+        let seen = on_time.and_then(|()| flown.judge(&asked.asked, &limit));
+        let (state, Sighting { late, off_path }) = asked.with(seen)?;
         let (patch, record) = match late.is_empty() {
             true => (None, None),
             false => {
@@ -420,6 +443,23 @@ impl Flown {
             return refused(Code::Time, "params.at_s", message);
         }
         Ok(())
+    }
+
+    /// Whether changes name drones and places that are there, of a request with numbers that are
+    /// out of range: a time that is one of them is passed over.
+    fn in_order(&self, change: &Change) -> Result<(), Refusals> {
+        let at_s = change.at_s.max(self.clock_s);
+        let at_s = if BUSY_S.contain(at_s) {
+            at_s
+        } else {
+            self.clock_s
+        };
+        let given = asked(&self.running, at_s, &change.changes)?;
+        let told = self.running.check(at_s, &given);
+        told.map_err(|errors| {
+            let refusals = errors.iter().map(|it| of_change(it, &change.changes));
+            refusals.collect()
+        })
     }
 
     /// Holds positions against the plan; drones that are not there yet or any more are passed over.
@@ -747,19 +787,12 @@ struct Limit<'a> {
 }
 
 impl<'a> Limit<'a> {
-    fn new(
-        limit_s: Option<f64>,
-        elapsed_s: &'a (dyn Fn() -> f64 + Sync),
-    ) -> Result<Limit<'a>, Refusals> {
-        if let Some(it) = limit_s.filter(|it| it.is_nan() || *it < 0.0) {
-            let message = format!("{it} s is no time limit");
-            return refused(Code::Time, "params.time_limit_s", message);
-        }
-        Ok(Limit {
+    fn new(limit_s: Option<f64>, elapsed_s: &'a (dyn Fn() -> f64 + Sync)) -> Limit<'a> {
+        Limit {
             limit_s: limit_s.unwrap_or(f64::INFINITY),
             elapsed_s,
             was_over: AtomicBool::new(false),
-        })
+        }
     }
 
     fn is_over(&self) -> bool {
@@ -780,21 +813,80 @@ impl<'a> Limit<'a> {
     }
 }
 
-/// A value of a kind; an error says where in the line it is not.
-fn parsed<T: DeserializeOwned>(value: Value, place: &str) -> Result<T, Refusals> {
-    serde_path_to_error::deserialize(value).map_err(|error| {
-        let place = match &error.path().to_string()[..] {
-            "." => place.to_owned(),
-            path => format!("{place}.{path}"),
+/// What is asked, and the numbers in it that are out of range.
+struct Params<T> {
+    asked: T,
+    beyond: Refusals,
+}
+
+impl<T> Params<T> {
+    fn of(asked: T) -> Params<T> {
+        Params {
+            asked,
+            beyond: Vec::new(),
+        }
+    }
+
+    /// What is asked and what was made of it; or all that is wrong, each at its place once.
+    fn with<U>(self, made: Result<U, Refusals>) -> Result<(T, U), Refusals> {
+        if self.beyond.is_empty() {
+            return Ok((self.asked, made?));
+        }
+        let mut wrong = self.beyond;
+        let is_told = |it: &Refusal| {
+            let mut numbers = wrong.iter();
+            numbers.any(|known| known.place.starts_with(&it.place))
         };
-        vec![refusal(Code::Field, place, error.inner().to_string())]
-    })
+        let more = made.err().unwrap_or_default().into_iter();
+        let more: Refusals = more.filter(|it| !is_told(it)).collect();
+        wrong.extend(more);
+        Err(wrong)
+    }
+}
+
+/// Reads a value by the name of its part of the schema; all fields at fault are told in the
+/// schema's words.
+fn read<T: DeserializeOwned>(value: Value, part: &str, place: &str) -> Result<Params<T>, Refusals> {
+    let faults = message::faults(part, &value, place);
+    let is_range = |it: &FieldFault| it.kind == FieldFaultKind::Range;
+    let is_read = faults.iter().all(is_range);
+    let told = faults.iter().map(|it| {
+        let code = if is_range(it) {
+            Code::Range
+        } else {
+            Code::Field
+        };
+        refusal(code, &it.place[..], it.to_string())
+    });
+    let told: Refusals = told.collect();
+    match serde_json::from_value(value) {
+        Ok(asked) if is_read => Ok(Params {
+            asked,
+            beyond: told,
+        }),
+        Err(_) if told.is_empty() => {
+            let message = format!("`{place}`: not as `plan schema serve` says");
+            refused(Code::Field, place, message)
+        }
+        _ => Err(told),
+    }
 }
 
 /// A plan that was handed in; what it claims of itself is judged anew.
 fn taken_over(given: &Value) -> Result<planner::Plan, Refusals> {
     let file = plan::file::read(&given.to_string());
-    let file = file.map_err(|error| vec![refusal(Code::Plan, "params.plan", error.to_string())])?;
+    let file = file.map_err(|error| {
+        let place = "params.plan";
+        vec![match error {
+            NotAPlan::Field { path, reason, .. } if path != "." => {
+                let name = path.rsplit('.').next().unwrap_or(&path);
+                let message = format!("`{name}`: {reason}");
+                refusal(Code::Plan, format!("{place}.{path}"), message)
+            }
+            NotAPlan::Field { reason, .. } => refusal(Code::Plan, place, reason),
+            other => refusal(Code::Plan, place, other.to_string()),
+        }]
+    })?;
     let found = planner::verify(&file.plan).violations;
     let wrong = found.iter().take(MOST_TOLD);
     let wrong: Refusals = wrong

@@ -4,12 +4,16 @@
 //! from the plan's beginning.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use planner::Plan;
+use planner::form::{self, FieldFault};
 use planner::plan::{AtEnd, AtStart, EndWord, StartWord, TrajectoryEntry, Unplanned, Violation};
 use planner::replan::rolling::Cause;
+use planner::scenario::limits::{BUSY_S, DELAY_S, DWELL_S, LOAD_KG, PLACE_M};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// The version of requests, answers and records.
 pub const PROTOCOL: &str = "serve/1";
@@ -19,6 +23,8 @@ pub const MOST_BYTES: usize = 256 << 20;
 pub const MOST_CHANGES: usize = 1_000;
 /// Most drones in one `state`. Chosen here: the largest fleet that is benched.
 pub const MOST_DRONES: usize = 10_000;
+/// Longest time limit (s): a day. Chosen here: left out, there is none.
+pub const MOST_TIME_LIMIT_S: f64 = 86_400.0;
 
 /// One line in.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -68,10 +74,10 @@ pub struct Open {
     /// Its plan, as in plan.json; left out: it is planned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<Plan>")]
-    pub plan: Option<serde_json::Value>,
+    pub plan: Option<Value>,
     /// Longest time that it may take (s); left out: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0))]
+    #[schemars(range(min = 0, max = MOST_TIME_LIMIT_S))]
     pub time_limit_s: Option<f64>,
 }
 
@@ -82,6 +88,7 @@ pub struct Change {
     /// Of the plan that the changes are meant for.
     pub revision: u64,
     /// When (s); no earlier than any time told before.
+    #[schemars(range(min = BUSY_S.low, max = BUSY_S.high))]
     pub at_s: f64,
     /// At most one a drone.
     #[schemars(length(min = 1, max = MOST_CHANGES))]
@@ -89,7 +96,7 @@ pub struct Change {
     /// Longest time that it may take (s); when it is over, what is flown goes on. Left out: no
     /// limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0))]
+    #[schemars(range(min = 0, max = MOST_TIME_LIMIT_S))]
     pub time_limit_s: Option<f64>,
 }
 
@@ -119,6 +126,7 @@ pub struct Late {
     /// Its name.
     pub drone: String,
     /// How long ago (s).
+    #[schemars(range(min = DELAY_S.low, max = DELAY_S.high))]
     pub by_s: f64,
 }
 
@@ -131,6 +139,7 @@ pub struct Add {
     /// The drone of the plan whose airframe, limits of motion and limit of air it has.
     pub like: String,
     /// Where it starts (m).
+    #[schemars(inner(range(min = PLACE_M.low, max = PLACE_M.high)))]
     pub start_m: [f64; 3],
     /// How it starts.
     #[serde(default)]
@@ -162,6 +171,7 @@ pub struct Fail {
     /// Where its rotor plane's centre lies (m); left out: on the highest surface below where its
     /// plan has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = PLACE_M.low, max = PLACE_M.high)))]
     pub lies_m: Option<[f64; 3]>,
 }
 
@@ -184,6 +194,7 @@ pub struct Land {
     /// Over which place (m): it comes down from there. Left out, of a drone that stands on the
     /// ground: it stays there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = PLACE_M.low, max = PLACE_M.high)))]
     pub over_m: Option<[f64; 3]>,
 }
 
@@ -195,11 +206,12 @@ pub struct LandAll {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub revision: Option<u64>,
     /// When (s); no earlier than any time told before.
+    #[schemars(range(min = BUSY_S.low, max = BUSY_S.high))]
     pub at_s: f64,
     /// Longest time that it may take (s); when it is over, what is flown goes on. Left out: no
     /// limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0))]
+    #[schemars(range(min = 0, max = MOST_TIME_LIMIT_S))]
     pub time_limit_s: Option<f64>,
 }
 
@@ -208,12 +220,15 @@ pub struct LandAll {
 #[serde(deny_unknown_fields)]
 pub struct Task {
     /// Where (m).
+    #[schemars(inner(range(min = PLACE_M.low, max = PLACE_M.high)))]
     pub to_m: [f64; 3],
     /// How long it hovers there (s).
     #[serde(default)]
+    #[schemars(range(min = DWELL_S.low, max = DWELL_S.high))]
     pub dwell_s: f64,
     /// Payload from arrival on (kg); left out: unchanged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = LOAD_KG.low, max = LOAD_KG.high))]
     pub load_kg: Option<f64>,
 }
 
@@ -222,6 +237,7 @@ pub struct Task {
 #[serde(deny_unknown_fields)]
 pub struct State {
     /// When (s); no earlier than any time told before.
+    #[schemars(range(min = BUSY_S.low, max = BUSY_S.high))]
     pub at_s: f64,
     /// By name, any number of them.
     #[schemars(extend("maxProperties" = MOST_DRONES))]
@@ -229,7 +245,7 @@ pub struct State {
     /// Longest time that it may take to plan on (s); when it is over, what is flown goes on. Left
     /// out: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0))]
+    #[schemars(range(min = 0, max = MOST_TIME_LIMIT_S))]
     pub time_limit_s: Option<f64>,
 }
 
@@ -238,6 +254,7 @@ pub struct State {
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// m.
+    #[schemars(inner(range(min = PLACE_M.low, max = PLACE_M.high)))]
     pub position_m: [f64; 3],
 }
 
@@ -442,7 +459,9 @@ pub enum Code {
     StaleRevision,
     /// There is no such revision yet.
     FutureRevision,
-    /// Not a time, or not one of this plan.
+    /// A number outside its range.
+    Range,
+    /// Not one of the times that may come next.
     Time,
     /// Earlier than a time told before.
     ClockBack,
@@ -494,7 +513,7 @@ pub enum Record {
         scenario: String,
         /// As it was planned, or handed in.
         #[schemars(with = "Plan")]
-        plan: serde_json::Value,
+        plan: Value,
     },
     /// It was changed.
     Changed {
@@ -507,6 +526,18 @@ pub enum Record {
     },
     /// It was closed.
     Closed,
+}
+
+/// A value by the name of its part of the schema: all fields that are not as it says, at their
+/// place.
+pub(crate) fn faults(part: &str, value: &Value, place: &str) -> Vec<FieldFault> {
+    static MESSAGE: LazyLock<Value> = LazyLock::new(|| {
+        let mut whole = schemars::schema_for!(Message).to_value();
+        // What reads a plan takes more than is written, and tells itself what is wrong.
+        whole["$defs"]["Plan"] = json!({});
+        whole
+    });
+    form::faults(&MESSAGE, &MESSAGE["$defs"][part], value, place)
 }
 
 /// The JSON schema of every message: what goes in, what comes out, what is told to all that listen,

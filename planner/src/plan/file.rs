@@ -13,6 +13,8 @@ use serde::de::{Deserializer, Error as _, IgnoredAny, MapAccess, Visitor, value}
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::form::{self, FieldFault};
+
 use super::limits::DefaultLimits;
 use super::trajectory::{SAME_PLACE_M, Tail, Trajectory};
 use super::{
@@ -52,12 +54,16 @@ impl PlanFile {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum NotAPlan {
     /// Not JSON, or a field that is missing, unknown or of another kind.
-    #[error("`{path}`: {reason}")]
+    #[error("`{path}`: {reason} at line {line} column {column}")]
     Field {
-        /// Where: `drones[3].trajectory.t_s`.
+        /// Where: `drones[3].trajectory.t_s`; `.`: the whole.
         path: String,
-        /// What is wrong, with line and column.
+        /// What it may be, and what it is.
         reason: String,
+        /// Where in the text, from 1.
+        line: usize,
+        /// Where in the line, from 1.
+        column: usize,
     },
     /// Another format.
     #[error("`format` is \"{0}\", this program reads \"{FORMAT}\" and \"{FORMAT_BEFORE}\"")]
@@ -200,15 +206,41 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
 /// One value from a text, or the field that is wrong.
 fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
     let json = &mut serde_json::Deserializer::from_str(text);
-    let value = serde_path_to_error::deserialize(&mut *json).map_err(|error| NotAPlan::Field {
-        path: error.path().to_string(),
-        reason: error.inner().to_string(),
+    let value = serde_path_to_error::deserialize(&mut *json).map_err(|error| {
+        let path = error.path().to_string();
+        let error = error.inner();
+        match at_fault(text, &path) {
+            Some(fault) => NotAPlan::field(fault.place, fault.what, error),
+            None => NotAPlan::field(path, error.to_string(), error),
+        }
     })?;
-    let end = json.end().map_err(|error| NotAPlan::Field {
-        path: ".".to_owned(),
-        reason: error.to_string(),
-    });
-    end.map(|()| value)
+    let end = json.end();
+    end.map_err(|error| NotAPlan::field(".".to_owned(), error.to_string(), &error))?;
+    Ok(value)
+}
+
+impl NotAPlan {
+    fn field(path: String, what: String, error: &serde_json::Error) -> NotAPlan {
+        let (line, column) = (error.line(), error.column());
+        let place = format!(" at line {line} column {column}");
+        let reason = what.strip_suffix(&place).unwrap_or(&what).to_owned();
+        NotAPlan::Field {
+            path,
+            reason,
+            line,
+            column,
+        }
+    }
+}
+
+/// The first field at a place, or in what stands there, that is not as the schema says. `None`: the
+/// text is no JSON, or what is wrong is no matter of form.
+fn at_fault(text: &str, path: &str) -> Option<FieldFault> {
+    let value = serde_json::from_str(text).ok()?;
+    let schema = schema();
+    let found = form::faults(schema.as_value(), schema.as_value(), &value, "");
+    let below = path.strip_suffix('.').unwrap_or(path);
+    found.into_iter().find(|it| it.place.starts_with(below))
 }
 
 impl Plan {

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::{GivenError, given};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
+use crate::scenario::limits::{BUSY_S, DELAY_S};
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
@@ -83,8 +84,8 @@ pub(crate) fn wreck_of(drone: &str) -> String {
 /// What is wrong with a change, or with the moment.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ChangeError {
-    /// Not a time from 0 on.
-    #[error("{0} s is no time to plan from")]
+    /// Not a time of a plan.
+    #[error("{0} s is no time to plan from: times are from 0 to {high} s", high = BUSY_S.high)]
     Time(f64),
     /// Planned from later already.
     #[error("at {at_s:.2} s is before {known_s:.2} s, from when on this plan was made")]
@@ -112,8 +113,11 @@ pub enum ChangeError {
     /// It has left or was taken out.
     #[error("`{0}` is not there any more")]
     Gone(String),
-    /// Not a delay from 0 on.
-    #[error("`{drone}` cannot be {by_s} s behind its plan")]
+    /// Not a delay that can be.
+    #[error(
+        "`{drone}` cannot be {by_s} s behind its plan: delays are from 0 to {high} s",
+        high = DELAY_S.high
+    )]
     Delay {
         /// The drone's name.
         drone: String,
@@ -222,7 +226,7 @@ pub(super) fn problems(
                     ),
                 }));
             }
-            (Change::Late { by_s, .. }, _) if !(by_s.is_finite() && *by_s >= 0.0) => {
+            (Change::Late { by_s, .. }, _) if !DELAY_S.contain(*by_s) => {
                 found.push(ChangeError::Delay {
                     drone: name.to_owned(),
                     by_s: *by_s,

@@ -219,20 +219,8 @@ impl Running {
         changes: &[Change],
         control: &Control<'_>,
     ) -> Result<Replanned, Vec<ChangeError>> {
+        self.check(at_s, changes)?;
         let at = self.moment(at_s).map_err(|error| vec![error])?;
-        let there = |index: usize| self.tracks[index].state(&self.job.roadmap, at) != State::Absent;
-        let widest_m = self.job.roadmap.widest_m();
-        let problems = change::problems(
-            &self.world,
-            &self.solids,
-            (at.seconds(), widest_m),
-            changes,
-            there,
-            |index| self.tracks[index].is_fixed,
-        );
-        if !problems.is_empty() {
-            return Err(problems);
-        }
         self.known = at;
         let (told, could_change) = take(self, at, changes, control);
         (control.progress)(Progress::Verifying);
@@ -254,6 +242,32 @@ impl Running {
             unavoidable,
             ..told
         })
+    }
+
+    /// All that is wrong with changes at a moment, as [`Running::replan`] would say.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong.
+    pub fn check(&self, at_s: f64, changes: &[Change]) -> Result<(), Vec<ChangeError>> {
+        let at = self.moment(at_s).map_err(|error| vec![error])?;
+        match self.problems(at, changes) {
+            problems if problems.is_empty() => Ok(()),
+            problems => Err(problems),
+        }
+    }
+
+    fn problems(&self, at: Tick, changes: &[Change]) -> Vec<ChangeError> {
+        let there =
+            |index: usize| self.tracks[index].state(&self.job.roadmap, at) != State::Absent;
+        change::problems(
+            &self.world,
+            &self.solids,
+            (at.seconds(), self.job.roadmap.widest_m()),
+            changes,
+            there,
+            |index| self.tracks[index].is_fixed,
+        )
     }
 
     /// Takes note of what drones of other planners fly from a moment on, each by its whole

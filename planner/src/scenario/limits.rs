@@ -5,18 +5,18 @@ use nalgebra::Vector3;
 
 /// The range of one quantity.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Limits {
+pub struct Limits {
     /// Lowest allowed value.
-    pub(crate) low: f64,
+    pub low: f64,
     /// Highest allowed value.
-    pub(crate) high: f64,
+    pub high: f64,
     /// What follows the number in messages.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
 }
 
 impl Limits {
     /// Whether a value is finite and within.
-    pub(crate) fn contain(&self, value: f64) -> bool {
+    pub fn contain(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 }
@@ -71,7 +71,7 @@ pub(super) const TIME_MARGIN_S: Limits = from(0.0, 30.0, "s");
 /// A tracking error; as for the clearance.
 pub(super) const TRACKING_M: Limits = CLEARANCE_M;
 /// Coordinates: a site, in its own frame, not a map in UTM metres.
-pub(crate) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
+pub const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
 /// Up to where east has a meaning, as for exports.
 pub(super) const LATITUDE_DEG: Limits = from(-85.0, 85.0, "deg");
 /// All around.
@@ -83,14 +83,16 @@ pub(super) const HEADING_DEG: Limits = from(-360.0, 360.0, "deg");
 /// Size of a solid.
 pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 /// A dwell of at most a day.
-pub(super) const DWELL_S: Limits = from(0.0, 86_400.0, "s");
+pub const DWELL_S: Limits = from(0.0, 86_400.0, "s");
+/// How far a drone may be behind its plan: a day, as for a dwell.
+pub const DELAY_S: Limits = DWELL_S;
 /// A time of the plan at which a drone has to be somewhere: a day, as for a dwell.
 pub(super) const DURING_S: Limits = DWELL_S;
 /// What all tasks of a drone take at least, dwells and straight flights together: a year. Ticks
 /// count to 2³² hundredths of a second, 1.3 years; the rest is for detours and waits.
-pub(crate) const BUSY_S: Limits = from(0.0, 3.2e7, "s");
+pub const BUSY_S: Limits = from(0.0, 3.2e7, "s");
 /// What a load may weigh by itself; the airframe sets a narrower limit, see [`MOST_MASS_RATIO`].
-pub(super) const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
+pub const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
 /// From a thousandth (no drone may be below another) to twice the own induced velocity, where
 /// hovering costs 2.4 times the power (β(2) = 1 + √2).
 pub(super) const AIR_LIMIT: Limits = from(0.001, 2.0, "times its induced velocity");

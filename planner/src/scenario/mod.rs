@@ -15,6 +15,7 @@
 //! # Ok::<(), planner::Problems>(())
 //! ```
 
+pub mod limits;
 pub mod world;
 
 pub(crate) mod placement;
@@ -31,7 +32,6 @@ mod flown;
 mod formations;
 mod intended;
 mod jet_file;
-pub(crate) mod limits;
 mod meaning;
 mod mesh;
 mod places;

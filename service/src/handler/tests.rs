@@ -106,9 +106,40 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
             "params.at_s",
         ),
         (
-            change(2, 1e12, &late("left", json!(1))).to_string(),
+            change(2, 1e6, &late("left", json!(1))).to_string(),
             Code::Time,
             "params.at_s",
+        ),
+        (
+            change(2, 1e12, &late("left", json!(1))).to_string(),
+            Code::Range,
+            "params.at_s",
+        ),
+        (
+            change(2, -5.0, &late("left", json!(1))).to_string(),
+            Code::Range,
+            "params.at_s",
+        ),
+        (
+            change(2, 3.0, &late("left", json!(1e9))).to_string(),
+            Code::Range,
+            "params.changes[0].late.by_s",
+        ),
+        (
+            state(3.0, "left", [2.5, 2.5, 1e9]).to_string(),
+            Code::Range,
+            "params.drones.left.position_m[2]",
+        ),
+        (
+            json!({"method": "land_all", "params": {"at_s": 3, "time_limit_s": -1}}).to_string(),
+            Code::Range,
+            "params.time_limit_s",
+        ),
+        (
+            json!({"method": "open", "params": {"scenario": PAIR, "plan": {"drones": 1}}})
+                .to_string(),
+            Code::AlreadyOpen,
+            "method",
         ),
         (
             change(2, 3.0, &late("absent", json!(1))).to_string(),
@@ -117,8 +148,8 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
         ),
         (
             change(2, 3.0, &late("left", json!(-1))).to_string(),
-            Code::Change,
-            "params.changes[0]",
+            Code::Range,
+            "params.changes[0].late.by_s",
         ),
         (
             change(2, 3.0, &late("left", json!("1"))).to_string(),
@@ -205,7 +236,136 @@ fn all_that_is_wrong_with_a_request_is_told_at_once() {
         .unwrap();
     let mut places = vec![error.place.clone()];
     places.extend(error.also.iter().map(|it| it.place.clone()));
-    assert_eq!(places, ["params.changes[0]", "params.changes[1]"]);
+    assert_eq!(places, ["params.changes[0].late.by_s", "params.changes[1]"]);
+}
+
+/// Every value in a request, by its path.
+fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
+    found.push(at.to_owned());
+    match value {
+        Value::Array(items) => {
+            for (index, item) in items.iter().enumerate() {
+                paths(item, &format!("{at}/{index}"), found);
+            }
+        }
+        Value::Object(fields) => {
+            for (name, field) in fields {
+                paths(field, &format!("{at}/{name}"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn a_field_of_another_kind_is_told_at_its_place_in_words_of_the_message_and_not_of_its_reader() {
+    let mut service = opened();
+    let task = json!({"to_m": [12.5, 9.5, 1.5], "dwell_s": 1, "load_kg": 0.1});
+    let changes = json!([
+        {"late": {"drone": "left", "by_s": 1}},
+        {"add": {
+            "drone": "new", "like": "left", "start_m": [12.5, 10.5, 1.5], "at_start": "hover",
+            "tasks": [task], "at_end": "leave",
+        }},
+        {"remove": {"drone": "one"}},
+        {"fail": {"drone": "two", "lies_m": [1, 1, 1]}},
+        {"retask": {"drone": "right", "tasks": [task]}},
+        {"land": {"drone": "three", "over_m": [1, 1, 1]}},
+    ]);
+    let good = [
+        json!({"id": 1, "method": "change", "params": {
+            "revision": 1, "at_s": 2, "time_limit_s": 10, "changes": changes,
+        }}),
+        json!({"id": "a", "method": "state", "params": {
+            "at_s": 1, "time_limit_s": 1, "drones": {"left": {"position_m": [2.5, 2.5, 1.5]}},
+        }}),
+        json!({"method": "land_all", "params": {"revision": 1, "at_s": 2, "time_limit_s": 1}}),
+        json!({"method": "open", "params": {"scenario": PAIR, "time_limit_s": 1}}),
+    ];
+    let others = [
+        json!(null),
+        json!(true),
+        json!(-1),
+        json!(2.5),
+        json!(1e300),
+        json!(u64::MAX),
+        json!("x"),
+        json!([]),
+        json!([1, "2", 3]),
+        json!({}),
+        json!({"more": 1, "other": 2}),
+    ];
+    let of_reader = [
+        "expected",
+        "invalid",
+        "variant",
+        "enum",
+        "struct",
+        "sequence",
+        "u64",
+        "f64",
+        "i64",
+        "untagged",
+        "plan schema serve",
+    ];
+    let mut refused = 0;
+    for request in &good {
+        let mut places = Vec::new();
+        paths(request, "", &mut places);
+        for at in &places {
+            for other in &others {
+                let mut request = request.clone();
+                *request.pointer_mut(at).unwrap() = other.clone();
+                let told = tell(&mut service.clone(), &request).answer;
+                let Some(error) = told.error else { continue };
+                for it in std::iter::once(&error).chain(&error.also) {
+                    if it.code == Code::Field {
+                        refused += 1;
+                        let words = of_reader.iter().find(|word| it.message.contains(**word));
+                        assert_eq!(words, None, "{request}: {it:?}");
+                        let is_there = !it.place.is_empty() || at.is_empty();
+                        assert!(is_there, "{request}: {it:?}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused > 300, "{refused}");
+    let told = tell(
+        &mut service,
+        &json!({"method": "change", "params": {"revision": "1", "changes": [{"late": 1}]}}),
+    );
+    let error = told.answer.error.unwrap();
+    let told: Vec<&str> = (std::iter::once(&error).chain(&error.also))
+        .map(|it| &it.message[..])
+        .collect();
+    assert_eq!(
+        told,
+        [
+            "`revision`: a whole number from 0 on, not \"1\"",
+            "`late`: an object with drone, by_s, not 1",
+            "`at_s`: missing: a number from 0 to 32000000",
+        ]
+    );
+}
+
+#[test]
+fn a_plan_that_is_handed_in_and_is_none_is_told_at_its_field() {
+    let mut service = opened();
+    let whole = tell(&mut service, &json!({"method": "plan"})).answer.result;
+    let whole = serde_json::to_value(whole.unwrap()).unwrap();
+    let mut plan = whole["plan"].clone();
+    plan["drones"][1]["trajectory"]["t_s"][0] = json!("0");
+    let open = json!({"method": "open", "params": {"scenario": PAIR, "plan": plan}});
+    let error = tell(&mut Service::default(), &open).answer.error.unwrap();
+    assert_eq!(
+        (error.code, &error.place[..], &error.message[..]),
+        (
+            Code::Plan,
+            "params.plan.drones[1].trajectory.t_s[0]",
+            "`t_s[0]`: a number, not \"0\""
+        )
+    );
 }
 
 #[test]

@@ -572,6 +572,7 @@ fn status_of(code: Code) -> StatusCode {
         Code::Scenario
         | Code::Plan
         | Code::NoPlan
+        | Code::Range
         | Code::Time
         | Code::UnknownDrone
         | Code::Jump
