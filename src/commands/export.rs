@@ -24,20 +24,21 @@ pub(crate) struct Arguments {
     /// Format
     #[arg(long, value_name = "FORMAT", value_parser = by_name(&Target::ALL, Target::as_str))]
     to: Target,
-    /// Where (0, 0, 0) lies (deg, deg, m above mean sea level), and where +x points (deg, clockwise
-    /// from north)
+    /// Setpoints, Skybrush, CZML, QGC: where (0, 0, 0) lies (deg, deg, m above mean sea level), and
+    /// where +x points (deg, clockwise from north)
     #[arg(long, value_name = "LAT,LON,AMSL,HEADING", value_parser = georeference)]
     #[arg(allow_hyphen_values = true)]
     georeference: Option<Georeference>,
-    /// Setpoints: axes
-    #[arg(long, value_enum, default_value_t = FrameNames::Ned)]
-    frame: FrameNames,
-    /// Setpoints: how many a second, 2 to 1000
-    #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
-    rate: f64,
+    /// Setpoints: axes [default: ned]
+    #[arg(long, value_enum)]
+    frame: Option<FrameNames>,
+    /// Setpoints: how many a second, 2 to 1000 [default: 20]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    rate: Option<f64>,
     /// Setpoints: count from the world's (0, 0, 0), or from each drone's start, as each PX4 does
-    #[arg(long, value_enum, default_value_t = Origins::Common)]
-    origin: Origins,
+    /// [default: common]
+    #[arg(long, value_enum)]
+    origin: Option<Origins>,
     /// Crazyswarm: the compressed form alone, for paths of more than 31 pieces
     #[arg(long)]
     compressed: bool,
@@ -79,12 +80,48 @@ struct Printed<'a> {
     files: &'a [PathBuf],
 }
 
+/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode asks
+/// for at least (2 Hz).
+const RATE_DEFAULT_HZ: f64 = 20.0;
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "export.json";
 
+impl Arguments {
+    /// Options that were given and say nothing of the format, each with the formats it is for.
+    fn inapplicable(&self) -> Vec<String> {
+        const SETPOINTS: &[Target] = &[Target::Setpoints];
+        let on_earth = &[
+            Target::Setpoints,
+            Target::Skybrush,
+            Target::Czml,
+            Target::Qgc,
+        ];
+        let given: [(&str, bool, &[Target]); 6] = [
+            ("--georeference", self.georeference.is_some(), on_earth),
+            ("--frame", self.frame.is_some(), SETPOINTS),
+            ("--rate", self.rate.is_some(), SETPOINTS),
+            ("--origin", self.origin.is_some(), SETPOINTS),
+            ("--compressed", self.compressed, &[Target::Crazyswarm]),
+            ("--untimed-ok", self.untimed_ok, &[Target::Qgc]),
+        ];
+        let is_idle = |(_, given, of): &(&str, bool, &[Target])| *given && !of.contains(&self.to);
+        let idle = given.into_iter().filter(is_idle);
+        let told = idle.map(|(option, _, of)| {
+            let of: Vec<&str> = of.iter().map(|it| it.as_str()).collect();
+            let (of, to) = (of.join(", "), self.to.as_str());
+            format!("`{option}` is for --to {of}: it says nothing of {to}")
+        });
+        told.collect()
+    }
+}
+
 /// Exit codes: 0 written and read back; 1: the plan is not safe, or a drone does not fit; 2: there
-/// is no plan.
+/// is no plan, or an option that is not for the format.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let inapplicable = arguments.inapplicable();
+    if !inapplicable.is_empty() {
+        return Err(Failure::Inapplicable(inapplicable));
+    }
     let Sourced { file, lights } = arguments.source.read()?;
     let examined = examine(&file, false);
     let violations = examined.plan.violations.len() + examined.untold;
@@ -101,11 +138,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         lights,
         georeference: arguments.georeference,
         axes: match arguments.frame {
-            FrameNames::Ned => Axes::Ned,
-            FrameNames::Enu => Axes::Enu,
+            None | Some(FrameNames::Ned) => Axes::Ned,
+            Some(FrameNames::Enu) => Axes::Enu,
         },
-        rate_hz: arguments.rate,
-        own_origin: arguments.origin == Origins::Own,
+        rate_hz: arguments.rate.unwrap_or(RATE_DEFAULT_HZ),
+        own_origin: arguments.origin == Some(Origins::Own),
         compressed_alone: arguments.compressed,
         untimed_ok: arguments.untimed_ok,
     };

@@ -54,6 +54,9 @@ pub(crate) enum Failure {
         /// What vehicles lack that a force needs, in words.
         lacking: Vec<String>,
     },
+    /// Options that say nothing of what is asked for, a line each.
+    #[error("{}", .0.join("\n"))]
+    Inapplicable(Vec<String>),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
     #[error("{}: no drone is called `{name}`; there are {known}", path.display())]
@@ -166,6 +169,11 @@ impl Failure {
             Failure::Diagnose(errors) => {
                 for error in errors {
                     tell_error(&error.to_string(), &[]);
+                }
+            }
+            Failure::Inapplicable(options) => {
+                for option in options {
+                    tell_error(option, &[]);
                 }
             }
             other => tell_error(&other.to_string(), &[]),

@@ -412,6 +412,47 @@ fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
 }
 
 #[test]
+fn options_that_are_not_for_the_format_are_refused_all_at_once() {
+    let desk = desk(&plan());
+    let folder = desk.path();
+    let all = "--georeference 47.4,8.5,488,30 --frame enu --rate 20 --origin own --compressed \
+               --untimed-ok";
+    let names = [
+        "georeference",
+        "frame",
+        "rate",
+        "origin",
+        "compressed",
+        "untimed-ok",
+    ];
+    let fit: [(&str, &[&str]); 6] = [
+        ("setpoints", &["georeference", "frame", "rate", "origin"]),
+        ("crazyswarm", &["compressed"]),
+        ("skybrush", &["georeference"]),
+        ("mcap", &[]),
+        ("czml", &["georeference"]),
+        ("qgc", &["georeference", "untimed-ok"]),
+    ];
+    for (to, own) in fit {
+        let (code, said, errors) =
+            run(folder, &format!("export plan.json --to {to} {all} --out o"));
+        assert_eq!((code, &said[..]), (Some(2), ""), "{to}");
+        assert!(!folder.join("o").exists(), "{to}");
+        for name in names {
+            let is_told = errors.contains(&format!("`--{name}` is for --to "));
+            assert_eq!(is_told, !own.contains(&name), "{to} {name}: {errors}");
+        }
+    }
+    let line = "export plan.json --to mcap --rate 20 --compressed --out o --format json";
+    let (_, _, errors) = run(folder, line);
+    assert!(
+        errors.contains("`--rate` is for --to setpoints: it says nothing of mcap")
+            && errors.contains("`--compressed` is for --to crazyswarm: it says nothing of mcap"),
+        "{errors}"
+    );
+}
+
+#[test]
 fn every_export_names_its_plan_and_replaces_what_was_there() {
     let desk = desk(&plan());
     let folder = desk.path();
