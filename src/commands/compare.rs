@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use planner::Plan;
-use planner::plan::DronePlan;
+use planner::plan::{AirframeEntry, DronePlan};
 use planner::verify::examination::{Examination, examine};
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use crate::io::failure::Failure;
 use crate::io::plans::Source;
 use crate::plots::curves;
 use crate::report::sections::{Part, Report};
-use crate::report::words::shortest;
+use crate::report::words::{count, shortest};
 
 /// Drones that are listed: chosen here, those that differ most.
 const MOST_LISTED: usize = 15;
@@ -37,8 +37,113 @@ pub(crate) struct Arguments {
 struct Compared {
     a: Figures,
     b: Figures,
+    /// Where the plans are of different scenarios.
+    #[serde(skip_serializing_if = "Differs::is_empty")]
+    differs: Differs,
     /// Of drones that both plan: its arrivals (s) in A and in B, those that differ most first.
     drones: Vec<Both>,
+}
+
+/// What one plan's scenario has and the other's has not; drones by name, in the plans' order.
+#[derive(Default, PartialEq, Serialize)]
+struct Differs {
+    /// Drones of A that B does not have.
+    only_in_a: Vec<String>,
+    /// Drones of B that A does not have.
+    only_in_b: Vec<String>,
+    /// Drones with another airframe, or other limits of it.
+    airframe: Vec<String>,
+    /// Drones that begin at another place.
+    start: Vec<String>,
+    /// Of `bounds`, `obstacles`, `zones`, `air`.
+    place: Vec<&'static str>,
+}
+
+impl Differs {
+    fn of(a: &Plan, b: &Plan) -> Differs {
+        let (in_a, in_b) = (by_name(a), by_name(b));
+        let only = |plan: &Plan, other: &BTreeMap<&str, &DronePlan>| -> Vec<String> {
+            let names = plan.drones.iter().map(|it| &it.name);
+            let alone = names.filter(|name| !other.contains_key(&name[..]));
+            alone.cloned().collect()
+        };
+        let unlike = |is_unlike: &dyn Fn(&DronePlan, &DronePlan) -> bool| -> Vec<String> {
+            let both = a
+                .drones
+                .iter()
+                .filter_map(|it| Some((it, in_b.get(&it.name[..])?)));
+            let unlike = both.filter(|(a, b)| is_unlike(a, b));
+            unlike.map(|(a, _)| a.name.clone()).collect()
+        };
+        let start_m = |it: &DronePlan| it.trajectory.position_m.first().copied();
+        let apart_m = |a: &DronePlan, b: &DronePlan| {
+            let both = start_m(a).zip(start_m(b));
+            both.map_or(0.0, |(a_m, b_m)| (a_m - b_m).norm())
+        };
+        let place = [
+            ("bounds", a.bounds_m != b.bounds_m),
+            ("obstacles", a.obstacles != b.obstacles),
+            ("zones", a.zones != b.zones),
+            ("air", a.air != b.air),
+        ];
+        let place = place.into_iter().filter(|(_, is_unlike)| *is_unlike);
+        Differs {
+            only_in_a: only(a, &in_b),
+            only_in_b: only(b, &in_a),
+            airframe: unlike(&|a, b| airframe(a) != airframe(b)),
+            start: unlike(&|a, b| apart_m(a, b) > SAME_PLACE_M),
+            place: place.map(|(what, _)| what).collect(),
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        *self == Differs::default()
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let of_drones = [
+            ("only in A", &self.only_in_a),
+            ("only in B", &self.only_in_b),
+            ("another airframe, or other limits of it", &self.airframe),
+            ("begin at another place", &self.start),
+        ];
+        let of_drones = of_drones.into_iter().filter(|(_, names)| !names.is_empty());
+        let mut lines: Vec<String> = of_drones
+            .map(|(what, names)| {
+                let listed: Vec<String> = names.iter().take(MOST_LISTED).map(quoted).collect();
+                let more = match names.len().saturating_sub(MOST_LISTED) {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                };
+                let drones = count(names.len(), "drone", "drones");
+                format!("{what}: {drones}, {}{more}", listed.join(", "))
+            })
+            .collect();
+        if !self.place.is_empty() {
+            lines.push(format!("the place: other {}", self.place.join(", other ")));
+        }
+        lines
+    }
+}
+
+fn by_name(plan: &Plan) -> BTreeMap<&str, &DronePlan> {
+    let drones = plan.drones.iter();
+    drones.map(|it| (&it.name[..], it)).collect()
+}
+
+/// Starts nearer than this are one (m): chosen here, what rounding to millimetres makes of one.
+const SAME_PLACE_M: f64 = 1e-3;
+
+fn quoted(name: &String) -> String {
+    format!("`{name}`")
+}
+
+/// Without what follows from the rest.
+fn airframe(drone: &DronePlan) -> AirframeEntry {
+    AirframeEntry {
+        hover_induced_velocity_mps: 0.0,
+        ..drone.airframe.clone()
+    }
 }
 
 /// What one plan keeps, and how it does.
@@ -124,6 +229,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let compared = Compared {
         a: figures(&a.plan, &found_a),
         b: figures(&b.plan, &found_b),
+        differs: Differs::of(&a.plan, &b.plan),
         drones,
     };
     let good = |it: &Figures| it.violations == 0 && it.unplanned == 0;
@@ -153,6 +259,12 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
         format!("{} and {}", arguments.a.display(), arguments.b.display()),
         format!("A: {}, B: {}", a.scenario, b.scenario),
     );
+    let mut differs = Part::list(compared.differs.lines());
+    if !differs.is_empty() {
+        let what = "These are plans of different scenarios: what one costs more may come of that.";
+        differs.insert(0, Part::line(what));
+    }
+    report.section("Not the same scenario", differs);
     let number = |what: &str, of: &dyn Fn(&Figures) -> Option<f64>, decimals: usize| {
         // Whole numbers have no idle zeros.
         let figure = |it: f64| match decimals {

@@ -214,6 +214,38 @@ fn two_plans_are_compared_by_what_follows_from_them() {
     );
     assert_eq!(told["a"]["sum_of_arrivals_s"], 19.0);
     assert!(told["files"].to_string().contains("arrivals.svg"));
+    assert_eq!(told["differs"], Value::Null);
+}
+
+#[test]
+fn plans_of_different_scenarios_are_compared_with_a_remark_of_what_differs() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("a.json"), crossing(2.0)).unwrap();
+    let mut other: Value = serde_json::from_str(&crossing(2.0)).unwrap();
+    other["bounds_m"]["max"] = serde_json::json!([12, 12, 8]);
+    other["drones"][0]["airframe"] = "crazyflie-2.1".into();
+    other["drones"][0]["trajectory"]["position_m"][0] = serde_json::json!([0, 6, 2]);
+    other["drones"][1]["name"] = "third".into();
+    fs::write(folder.join("b.json"), other.to_string()).unwrap();
+    let (_, told, errors) = run(folder, "compare a.json b.json --format json");
+    let told: Value = serde_json::from_str(&told).expect(&errors);
+    let differs = serde_json::json!({
+        "only_in_a": ["second"], "only_in_b": ["third"], "airframe": ["first"],
+        "start": ["first"], "place": ["bounds"],
+    });
+    assert_eq!(told["differs"], differs);
+    let (_, told, _) = run(folder, "compare a.json b.json");
+    for said in [
+        "plans of different scenarios",
+        "only in A: 1 drone, `second`",
+        "only in B: 1 drone, `third`",
+        "the place: other bounds",
+    ] {
+        assert!(told.contains(said), "{said}: {told}");
+    }
+    let (_, told, _) = run(folder, "compare a.json a.json");
+    assert!(!told.contains("different scenarios"), "{told}");
 }
 
 #[test]
