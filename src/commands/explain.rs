@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use nalgebra::Point3;
 use planner::Plan;
-use planner::plan::Violation;
+use planner::plan::{Violation, ViolationKind};
 use serde::Serialize;
+use viewer::Stop;
 
 use crate::commands::plan::read_world;
 use crate::io::answer::{Answer, Format, print};
@@ -49,16 +50,21 @@ struct Explained {
     speed_mps: f64,
     /// `wait`, `dwell`, `stop` where that is not known, `flies` or `stands`.
     does: &'static str,
-    /// Of a stop (s).
+    /// Of a stop (s): where it is still, or so slow that it stops.
     #[serde(skip_serializing_if = "Option::is_none")]
     span_s: Option<(f64, f64)>,
+    /// Of a wait, how much later the drone is for it (s): its part of the drone's `waits_s`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    costs_s: Option<f64>,
+    /// What the drone waits in all, as in plan.json (s).
+    waits_s: f64,
     /// Whom it waits for: with whom it would first break a rule, had it gone on at once.
     #[serde(skip_serializing_if = "Option::is_none")]
     waits_for: Option<String>,
     /// What would break then that holds now, in order of time.
     otherwise: Vec<Violation>,
-    /// All its stops: from, until (s), what.
-    stops: Vec<(f64, f64, &'static str)>,
+    /// All its stops: from, until (s), what, and what a wait costs (s).
+    stops: Vec<(f64, f64, &'static str, Option<f64>)>,
     page: String,
 }
 
@@ -91,21 +97,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::NotAPlan { path, reason });
     };
     let stops = viewer::stops(&plan, world.as_ref(), k);
-    let stops: Vec<(f64, f64, &str)> = stops
-        .into_iter()
-        .map(|it| (it.from_s, it.until_s, it.what))
-        .collect();
-    let stop = stops.iter().find(|it| it.0 <= at_s && at_s < it.1).copied();
+    let mut at_once = stops.iter();
+    let stop = at_once.find(|it| it.from_s <= at_s && at_s < it.until_s);
     let speed_mps = state.velocity_mps.norm();
     let does = match stop {
-        Some((_, _, what)) => what,
+        Some(stop) => stop.what,
         None if speed_mps > 0.0 => "flies",
         None => "stands",
     };
-    let span_s = stop.map(|(from_s, until_s, _)| (from_s, until_s));
-    let otherwise = match (span_s, does) {
-        (Some(span_s), "wait" | "stop") => otherwise(&plan, k, span_s),
-        _ => Vec::new(),
+    let otherwise = match stop.filter(|it| it.what != "dwell") {
+        Some(stop) => otherwise(&plan, k, stop),
+        None => Vec::new(),
     };
     let other = |it: &Violation| match it.drone == *name {
         true => it.with.clone(),
@@ -121,10 +123,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         position_m: state.position_m,
         speed_mps,
         does,
-        span_s,
+        span_s: stop.map(|it| (it.from_s, it.until_s)),
+        costs_s: stop.and_then(|it| it.costs_s),
+        waits_s: drone.waits_s,
         waits_for,
         otherwise,
-        stops,
+        stops: stops
+            .iter()
+            .map(|it| (it.from_s, it.until_s, it.what, it.costs_s))
+            .collect(),
         page: format!("{page}#t={at_s}&drone={name}"),
     };
     print(&match arguments.format {
@@ -134,12 +141,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
-/// What breaks if a drone leaves out a stop (s) and does all that follows so much earlier, and does
-/// not break now: by the verifier.
-fn otherwise(plan: &Plan, k: usize, (from_s, until_s): (f64, f64)) -> Vec<Violation> {
-    let earlier = |t_s: f64| match t_s > from_s {
-        true => (t_s - (until_s - from_s)).max(from_s),
-        false => t_s,
+/// How much earlier all that follows is, had a drone gone on at once (s): what the wait costs it,
+/// at most what it takes.
+fn saved_s((from_s, until_s): (f64, f64), costs_s: Option<f64>) -> f64 {
+    costs_s.map_or(until_s - from_s, |it| it.min(until_s - from_s))
+}
+
+/// What breaks with others if a drone goes on at once and does all that follows so much earlier,
+/// and does not break now: by the verifier. Where it only slows down, it is as much faster there.
+fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
+    let (from_s, until_s) = (stop.from_s, stop.until_s);
+    let saved_s = saved_s((from_s, until_s), stop.costs_s);
+    let left = 1.0 - saved_s / (until_s - from_s);
+    let earlier = |t_s: f64| match t_s {
+        _ if t_s <= from_s => t_s,
+        _ if t_s < until_s => from_s + (t_s - from_s) * left,
+        _ => t_s - saved_s,
     };
     let mut hurried = plan.clone();
     let drone = &mut hurried.drones[k];
@@ -151,7 +168,12 @@ fn otherwise(plan: &Plan, k: usize, (from_s, until_s): (f64, f64)) -> Vec<Violat
     let (airborne_s, landed_s) = drone.airborne_s;
     drone.airborne_s = (earlier(airborne_s), landed_s.map(earlier));
     let name = drone.name.clone();
-    let concerns = |it: &Violation| it.drone == name || it.with.as_ref() == Some(&name);
+    // How it moves itself is not asked: no drone flies it like that.
+    let concerns = |it: &Violation| {
+        it.with.is_some() && it.drone == name
+            || it.with.as_ref() == Some(&name)
+            || matches!(it.kind, ViolationKind::Zone | ViolationKind::ZoneMargin)
+    };
     let now = planner::verify(plan).violations;
     let is_new = |it: &Violation| {
         let same =
@@ -185,7 +207,7 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
         format!("It {what}, at {at}."),
     );
     if let Some((from_s, until_s)) = explained.span_s.filter(|_| explained.does != "dwell") {
-        let saved_s = until_s - from_s;
+        let saved_s = saved_s((from_s, until_s), explained.costs_s);
         let lines = match (&explained.waits_for, explained.otherwise.len()) {
             (Some(other), all) => {
                 let mut list: Vec<String> = explained
@@ -226,19 +248,27 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
         };
         report.section("Why", lines);
     }
-    let rows = explained.stops.iter().map(|(from_s, until_s, what)| {
-        vec![
-            format!("{from_s:.2}"),
-            format!("{until_s:.2}"),
-            format!("{:.2}", until_s - from_s),
-            (*what).to_owned(),
-        ]
-    });
+    let rows = explained
+        .stops
+        .iter()
+        .map(|(from_s, until_s, what, costs_s)| {
+            vec![
+                format!("{from_s:.2}"),
+                format!("{until_s:.2}"),
+                format!("{:.2}", until_s - from_s),
+                (*what).to_owned(),
+                costs_s.map_or("-".to_owned(), |it| format!("{it:.2}")),
+            ]
+        });
     let rows: Vec<Vec<String>> = rows.collect();
     if !rows.is_empty() {
         report.section(
             "All its stops",
-            vec![Part::table("rrrl", "from (s)|until (s)|for (s)|what", rows)],
+            vec![Part::table(
+                "rrrlr",
+                "from (s)|until (s)|for (s)|what|costs (s)",
+                rows,
+            )],
         );
     }
     report.section("", vec![Part::line(format!("Look: {}", explained.page))]);

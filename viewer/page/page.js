@@ -489,7 +489,7 @@ const build = () => {
   if (stops.length) {
     add('h3', data.drones.length > 1 ? 'waits; had it gone on at once, it would have met' : 'waits');
     const ul = add('ul');
-    for (const [from, until, , other] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s: `); if (other === null) li.append('no one drone'); else link(other, li); }
+    for (const [from, until, , other, costs] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s, later by ${number(costs)} s: `); if (other === null) li.append('no one drone'); else link(other, li); }
   }
   if (chosen.meets.length) {
     add('h3', 'wakes it meets');

@@ -8,9 +8,6 @@ use serde::Serialize;
 
 use crate::waits::Stop;
 
-/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³.
-/// Plans count it as waiting.
-const STOPPING_S: f64 = 0.8;
 /// Waits within one cube of this size are at one place (m): chosen here, the lattice's usual cell
 /// twice.
 const PLACE_M: f64 = 2.0;
@@ -61,13 +58,11 @@ impl Bottlenecks {
         let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
         let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
         for (drone, (k, stops)) in plan.drones.iter().zip(stops.iter().enumerate()) {
-            let waits = || stops.iter().filter(|it| it.what == "wait");
-            // A drone's waits as its plan counts them, over its stops by their length.
-            let takes_s = |it: &Stop| it.until_s - it.from_s + STOPPING_S;
-            let all_s: f64 = waits().map(takes_s).sum();
             found.waits_s += drone.waits_s;
-            for stop in waits() {
-                let waits_s = drone.waits_s * takes_s(stop) / all_s;
+            for stop in stops {
+                let Some(waits_s) = stop.costs_s else {
+                    continue;
+                };
                 if let Some(other) = stop.waits_for {
                     *drones.entry(other).or_default().entry(k).or_default() += waits_s;
                 }

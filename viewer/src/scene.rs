@@ -124,9 +124,9 @@ struct Drone<'a> {
     air: String,
     /// Wakes it meets: from, until (s), whose, at most (m/s).
     meets: Vec<(f32, f32, usize, f32)>,
-    /// Stops: from, until (s), `dwell`, `wait` or `stop` where that is not known, and for which
-    /// drone it waits.
-    stops: Vec<(f32, f32, &'static str, Option<usize>)>,
+    /// Stops: from, until (s), `dwell`, `wait` or `stop` where that is not known, for which drone
+    /// it waits, and how much later it is for that (s).
+    stops: Vec<(f32, f32, &'static str, Option<usize>, Option<f32>)>,
 }
 
 impl<'a> Scene<'a> {
@@ -159,7 +159,8 @@ impl<'a> Scene<'a> {
             let of_drone = || met.iter().map(move |all| &all[k]);
             let stops = waits.stops[k].iter().map(|it| {
                 let (from_s, until_s) = (it.from_s as f32, it.until_s as f32);
-                (from_s, until_s, it.what, it.waits_for)
+                let costs_s = it.costs_s.map(|it| it as f32);
+                (from_s, until_s, it.what, it.waits_for, costs_s)
             });
             let drone = &plan.drones[k];
             let u_h_mps = drone.airframe.hover_induced_velocity_mps;

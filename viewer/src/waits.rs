@@ -44,6 +44,9 @@ pub struct Stop {
     pub what: &'static str,
     /// Which drone it waits for; `None`: no one drone is in its way.
     pub waits_for: Option<usize>,
+    /// Of a wait, how much later the drone is for it (s): its part of what the plan says that the
+    /// drone waits ([`DronePlan::waits_s`]). A smooth path is slow for longer than it is late.
+    pub costs_s: Option<f64>,
     /// m.
     pub at_m: Point3<f64>,
 }
@@ -80,6 +83,7 @@ impl Waits {
                     stop.what = "wait";
                 }
             }
+            share(&plan.drones[k], &mut stops);
             stops
         };
         let stops = (0..fleet).into_par_iter().map(of_drone).collect();
@@ -117,6 +121,7 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
             until_s,
             what,
             waits_for: None,
+            costs_s: None,
             at_m: stay[0],
         };
         if until_s - dwelt_s >= WAITS_FROM_S && next < points {
@@ -146,13 +151,41 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
                 until_s,
                 what: if world.is_some() { "wait" } else { "stop" },
                 waits_for: None,
+                costs_s: None,
                 at_m,
             })
         })
         .collect();
     found.extend(crawls);
     found.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    share(&plan.drones[drone], &mut found);
     found
+}
+
+/// What a smooth stop takes beyond its rest (s), about: turns of 2 m/s at 3 m/s² and 8 m/s³.
+/// Plans count it as waiting.
+const STOPPING_S: f64 = 0.8;
+
+/// Shares what a drone waits, as its plan counts it, among its waits by their length. A plan that
+/// does not count them waits for as long as it stands.
+fn share(drone: &DronePlan, stops: &mut [Stop]) {
+    let waits = || stops.iter().filter(|it| it.what == "wait");
+    let stopping_s = if drone.trajectory.is_smooth() {
+        STOPPING_S
+    } else {
+        0.0
+    };
+    let takes_s = |it: &Stop| it.until_s - it.from_s + stopping_s;
+    let all_s: f64 = waits().map(takes_s).sum();
+    let stood_s: f64 = waits().map(|it| it.until_s - it.from_s).sum();
+    let counted_s = if drone.waits_s > 0.0 {
+        drone.waits_s
+    } else {
+        stood_s
+    };
+    for stop in stops.iter_mut().filter(|it| it.what == "wait") {
+        stop.costs_s = Some(counted_s * takes_s(stop) / all_s);
+    }
 }
 
 /// A path that turns at a task without a dwell comes so near to it (m): chosen here.
@@ -275,6 +308,41 @@ fn waits_for(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_waits_of_a_drone_cost_together_what_its_plan_says_that_it_waits() {
+        let stop = |from_s, until_s, what| Stop {
+            from_s,
+            until_s,
+            what,
+            waits_for: None,
+            costs_s: None,
+            at_m: Point3::origin(),
+        };
+        let all = [
+            stop(1.0, 2.0, "wait"),
+            stop(4.0, 9.0, "dwell"),
+            stop(9.0, 12.0, "wait"),
+        ];
+        let costs = |drone: &DronePlan| {
+            let mut stops = all;
+            share(drone, &mut stops);
+            stops.map(|it| it.costs_s)
+        };
+        let mut drone = DronePlan {
+            waits_s: 2.0,
+            ..DronePlan::default()
+        };
+        assert_eq!(costs(&drone), [Some(0.5), None, Some(1.5)]);
+        // A plan that does not count them.
+        drone.waits_s = 0.0;
+        assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
+        // A smooth one is slow for less than it stops on its path where that is long.
+        drone.waits_s = 5.6;
+        drone.trajectory.control_m = vec![vec![Point3::origin(); 2]];
+        let [short_s, _, long_s] = costs(&drone).map(Option::unwrap_or_default);
+        assert!((short_s - 1.8).abs() < 1e-9 && (long_s - 3.8).abs() < 1e-9);
+    }
 
     #[test]
     fn a_place_that_is_held_until_a_time_is_dwelt_at_from_when_the_drone_comes() {
