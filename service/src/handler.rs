@@ -625,8 +625,8 @@ impl Flown {
     }
 
     /// Drops history, now and then: the plan of a fleet that flies for days stays as small as that
-    /// of one that flies for minutes. What was prepared for places and masses that are not flown
-    /// any more stays.
+    /// of one that flies for minutes. Places beyond the lattice that no task names any more stay in
+    /// the roadmap: all distances count on its order of places.
     fn forget(&mut self, at_s: f64) {
         if at_s - self.tidied_s < TIDY_S {
             return;

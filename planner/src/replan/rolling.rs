@@ -386,7 +386,31 @@ impl Running {
         }
         let violations = &mut self.plan.violations;
         violations.retain(|it| it.matters_from(before_s));
+        self.forget_kinds();
+        let flown = self.world.drones.iter().zip(&self.plan.drones);
+        let fixed = flown.zip(&self.tracks).filter(|(_, track)| track.is_fixed);
+        let astray_m = fixed.map(|((drone, entry), _)| astray_m(drone, entry));
+        self.job.others_astray_m = astray_m.fold(0.0, f64::max);
         self.fill_costmap();
+    }
+
+    /// Drops vehicles and masses that are not flown any more, nor will be.
+    fn forget_kinds(&mut self) {
+        let of_legs = |track: &Track| {
+            let legs = track.legs.iter().chain(&track.agent.begun);
+            let mut kinds: Vec<KindId> = legs.map(|leg| leg.kind).collect();
+            kinds.extend(&track.agent.kinds);
+            kinds
+        };
+        let used: BTreeSet<KindId> = self.tracks.iter().flat_map(of_legs).collect();
+        let renumbered = self.job.kinds.keep(&used);
+        for track in &mut self.tracks {
+            let legs = track.legs.iter_mut().chain(&mut track.agent.begun);
+            let kinds = legs.map(|leg| &mut leg.kind);
+            for kind in kinds.chain(&mut track.agent.kinds) {
+                *kind = renumbered[kind];
+            }
+        }
     }
 
     /// The whole tick of a time (s), rounded up.
@@ -443,6 +467,15 @@ impl Running {
 fn of_kept<T>(all: Vec<T>, kept: &[bool]) -> Vec<T> {
     let kept = all.into_iter().zip(kept).filter(|(_, kept)| **kept);
     kept.map(|(it, _)| it).collect()
+}
+
+/// How far what is flown is from its legs (m), of a drone that is not planned here.
+fn astray_m(drone: &Drone, entry: &DronePlan) -> f64 {
+    if !entry.trajectory.is_smooth() {
+        return 0.0;
+    }
+    let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
+    curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2))
 }
 
 /// Whether this is the plan of this world, and can be flown.
@@ -694,11 +727,7 @@ impl Turn<'_> {
         let kinds = &mut running.job.kinds;
         let own = vec![kinds.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg())];
         let mut legs = legs_of(id(index), entry, false, |kg| kinds.kind(&drone.vehicle, kg));
-        if entry.trajectory.is_smooth() {
-            let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
-            let off_m = curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2));
-            running.job.others_astray_m = running.job.others_astray_m.max(off_m);
-        }
+        running.job.others_astray_m = running.job.others_astray_m.max(astray_m(&drone, entry));
         // Where it starts is not asked of what is not planned.
         let duties = Duties {
             roadmap: &running.job.roadmap,

@@ -1,5 +1,6 @@
 //! From a world to what the search needs: roadmap, agents, and an empty costmap.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use airflow::Airframe;
@@ -531,6 +532,18 @@ impl Kinds {
             self.kinds.push((vehicle.clone(), mass_kg));
             KindId(self.kinds.len() as u32 - 1)
         })
+    }
+
+    /// Keeps those that are `used`, in their order; which each is then.
+    pub(crate) fn keep(&mut self, used: &BTreeSet<KindId>) -> BTreeMap<KindId, KindId> {
+        let next = (0..).map(KindId);
+        let renumbered = used.iter().copied().zip(next).collect();
+        let mut index = 0;
+        self.kinds.retain(|_| {
+            index += 1;
+            used.contains(&KindId(index - 1))
+        });
+        renumbered
     }
 
     /// The kind of a vehicle at a mass (kg), if there is one.

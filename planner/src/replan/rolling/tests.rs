@@ -601,7 +601,11 @@ fn lives(text: &str, forgets: bool) -> Running {
             changes[1] = Change::Added(Drone {
                 name,
                 start_m: Point3::new(at(2), 11.5, 1.5),
-                tasks: vec![task(at(3), 11.5, 1.5)],
+                // Each at a mass of its own.
+                tasks: vec![Task {
+                    load_kg: Some(0.001 * f64::from(round)),
+                    ..task(at(3), 11.5, 1.5)
+                }],
                 at_end: AtEnd::Leave,
                 ..first.clone()
             });
@@ -649,6 +653,8 @@ fn what_is_forgotten_changes_nothing_that_is_still_flown() {
                 );
             }
         }
+        let kinds = [&whole, &short].map(|it| it.job.kinds.len());
+        assert!(kinds[0] > 8 && kinds[1] < 6, "{kinds:?}");
         let points = |it: &Running| {
             it.plan()
                 .drones
@@ -758,4 +764,32 @@ fn what_another_planner_flies_is_kept_clear_of_and_changes_hands_both_ways() {
             .expect("in order");
         sound(&running);
     }
+}
+
+#[test]
+fn room_for_what_others_fly_is_given_back_once_they_have_left() {
+    let text = |name: &str, y_m: f64| {
+        format!(
+            r#"Scenario(name: "yard", bounds_m: (min: (0, 0, 0), max: (20, 14, 5)), drones: [
+                (name: "{name}", airframe: "kolibri", start_m: (2.5, {y_m}, 1.5), at_end: Leave,
+                 tasks: [(to_m: (15.5, {y_m}, 1.5))]),
+            ], planning: (motion: Smooth))"#
+        )
+    };
+    let (_, theirs) = planned(&text("theirs", 10.5));
+    let (world, plan) = planned(&text("own", 2.5));
+    let mut running = Running::new(world, plan).expect("its plan");
+    running.note(0.0, &theirs.drones).expect("in order");
+    assert!(running.job.others_astray_m > 0.0);
+    let own = running.world().drones[0].clone();
+    let comes = Change::Added(Drone {
+        name: "next".to_owned(),
+        ..own
+    });
+    let told = running.replan(60.0, &[comes], &Control::QUIET);
+    told.expect("in order");
+    assert!(running.job.others_astray_m > 0.0);
+    running.forget(55.0);
+    assert_eq!(running.plan().drones.len(), 1);
+    assert_eq!(running.job.others_astray_m, 0.0);
 }
