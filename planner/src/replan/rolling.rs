@@ -258,8 +258,7 @@ impl Running {
     }
 
     fn problems(&self, at: Tick, changes: &[Change]) -> Vec<ChangeError> {
-        let there =
-            |index: usize| self.tracks[index].state(&self.job.roadmap, at) != State::Absent;
+        let there = |index: usize| self.tracks[index].state(&self.job.roadmap, at) != State::Absent;
         change::problems(
             &self.world,
             &self.solids,
