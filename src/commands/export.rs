@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use exchange::frame::{Axes, Georeference};
 use exchange::{ExportError, Manifest, Options, RATES_HZ, Refusal, Target, export};
 use planner::verify::examination::examine;
+use planner::verify::lateness::Late;
 use serde::Serialize;
 use serde_json::json;
 
@@ -123,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::Inapplicable(inapplicable));
     }
     let Sourced { file, lights } = arguments.source.read()?;
-    let examined = examine(&file, false);
+    let examined = examine(&file, Late::No);
     let violations = examined.plan.violations.len() + examined.untold;
     if violations > 0 {
         let what = format!(

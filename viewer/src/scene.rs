@@ -124,10 +124,12 @@ struct Drone<'a> {
     air: String,
     /// Wakes it meets: from, until (s), whose, at most (m/s).
     meets: Vec<(f32, f32, usize, f32)>,
-    /// Stops: from, until (s), `dwell`, `wait` or `stop` where that is not known, for which drone
-    /// it waits, and how much later it is for that (s).
-    stops: Vec<(f32, f32, &'static str, Option<usize>, Option<f32>)>,
+    stops: Vec<StopRow>,
 }
+
+/// A stop: from, until (s), `dwell`, `wait` or `stop` where that is not known, for which drone it
+/// waits, and how much later it is for that (s).
+type StopRow = (f32, f32, &'static str, Option<usize>, Option<f32>);
 
 impl<'a> Scene<'a> {
     pub(crate) fn new(

@@ -76,12 +76,10 @@ impl Waits {
         let samples = plan.sample(1.0 / step_s);
         let of_drone = |k: usize| {
             let mut stops = stops(plan, world, k);
-            for stop in stops.iter_mut().filter(|it| it.what != "dwell") {
+            // Without its world a dwell looks like a wait.
+            for stop in stops.iter_mut().filter(|it| it.what == "wait") {
                 let span_s = (stop.from_s, stop.until_s);
                 stop.waits_for = waits_for(plan, (air, &samples), k, span_s);
-                if stop.what == "stop" && stop.waits_for.is_some() {
-                    stop.what = "wait";
-                }
             }
             share(&plan.drones[k], &mut stops);
             stops
@@ -166,8 +164,9 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
 /// Plans count it as waiting.
 const STOPPING_S: f64 = 0.8;
 
-/// Shares what a drone waits, as its plan counts it, among its waits by their length. A plan that
-/// does not count them waits for as long as it stands.
+/// Shares what a drone waits, as its plan counts it, among its waits by their length, each no more
+/// than it takes: the plan counts as well how long a drone is in place before a task's own time.
+/// A plan that does not count them waits for as long as it stands.
 fn share(drone: &DronePlan, stops: &mut [Stop]) {
     let waits = || stops.iter().filter(|it| it.what == "wait");
     let stopping_s = if drone.trajectory.is_smooth() {
@@ -184,7 +183,7 @@ fn share(drone: &DronePlan, stops: &mut [Stop]) {
         stood_s
     };
     for stop in stops.iter_mut().filter(|it| it.what == "wait") {
-        stop.costs_s = Some(counted_s * takes_s(stop) / all_s);
+        stop.costs_s = Some((counted_s / all_s).min(1.0) * takes_s(stop));
     }
 }
 
@@ -336,6 +335,9 @@ mod tests {
         assert_eq!(costs(&drone), [Some(0.5), None, Some(1.5)]);
         // A plan that does not count them.
         drone.waits_s = 0.0;
+        assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
+        // The rest was spent in place before a task's time.
+        drone.waits_s = 40.0;
         assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
         // A smooth one is slow for less than it stops on its path where that is long.
         drone.waits_s = 5.6;
