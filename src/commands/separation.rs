@@ -52,7 +52,7 @@ struct Found {
     speed_mps: f64,
     /// From here on straight below the limit is kept (m).
     below_m: f64,
-    /// From here on beside it is kept at every depth (m).
+    /// From here on beside it is kept at every depth, off the column and body from body (m).
     beside_m: f64,
     /// The depth that asks for most room beside (m).
     beside_most_at_m: f64,
@@ -168,7 +168,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         limit,
         speed_mps: arguments.speed,
         below_m,
-        beside_m: beside_m.max(column.radius_m),
+        beside_m: beside_m.max(column.radius_m).max(bodies_m),
         beside_most_at_m,
         column,
         ellipsoid: Axes {
@@ -220,7 +220,7 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
     );
     report.section("How far", vec![Part::line(answer), Part::List(vec![
         straight,
-        format!("beside: from {:.2} m on it meets no more at any depth (most at {:.2} m below)", found.beside_m, found.beside_most_at_m),
+        format!("beside: from {:.2} m on it meets no more at any depth and no bodies touch (the air asks for most at {:.2} m below)", found.beside_m, found.beside_most_at_m),
         format!("never in the near-field column, whatever the air: {radius_m:.2} m around the axis down to {depth_m:.2} m below"),
         format!(
             "as one ellipsoid about the upper drone: half-axes {:.2} m beside, {:.2} m below; for planners that give each drone an ellipsoid (|E⁻¹Δ| ≥ 2): {:.2} m and {:.2} m",

@@ -154,8 +154,9 @@ impl Source {
         let mut file = plan.map_err(|error| match error {
             IntendedError::Fleet(found) => fleet.drawn(&found),
             below @ IntendedError::BelowFloor { .. } => {
-                let help = "z counts up: if it counts down, name the columns n_m,e_m,d_m (NED); \
-                            a deeper floor is said by bounds_m (--airframes)";
+                let help = "z_m counts up and d_m down: columns of the other kind have to be named \
+                            so (x_m,y_m,z_m or n_m,e_m,d_m); a deeper floor is said by bounds_m \
+                            (--airframes)";
                 not_a_plan(path, format!("{below}; {help}"))
             }
             other => not_a_plan(path, other.to_string()),

@@ -65,15 +65,15 @@ pub(super) fn chosen(world: &World) -> (f64, Option<String>) {
 }
 
 /// Starts or goals that fill their place.
-struct Formation {
+struct Packed {
     /// From each to the nearest other (m).
     spacing_m: f64,
     what: &'static str,
 }
 
-impl Formation {
-    /// The packed ones of a world.
-    fn packed(world: &World) -> impl Iterator<Item = Formation> {
+impl Packed {
+    /// Those of a world.
+    fn all(world: &World) -> impl Iterator<Item = Packed> {
         let starts = world.drones.iter().map(|drone| drone.start_m);
         let goals = world.drones.iter().filter_map(|drone| drone.tasks.last());
         let all = [
@@ -83,7 +83,7 @@ impl Formation {
         all.into_iter().filter_map(|(places_m, what)| {
             let (spacing_m, is_packed) = spacing(&places_m)?;
             let is_packed = is_packed && places_m.len() >= LEAST_FORMATION;
-            is_packed.then_some(Formation { spacing_m, what })
+            is_packed.then_some(Packed { spacing_m, what })
         })
     }
 
@@ -110,7 +110,7 @@ fn largest_body_m(world: &World) -> f64 {
 pub(super) fn between_neighbours(world: &World) -> Option<(f64, String)> {
     let planning = &world.planning;
     let apart_m = largest_body_m(world) + planning.gap_to_bodies_m(2);
-    let asked = Formation::packed(world).filter(|it| it.passed_at_m() >= apart_m);
+    let asked = Packed::all(world).filter(|it| it.passed_at_m() >= apart_m);
     let asked = asked.min_by(|a, b| a.spacing_m.total_cmp(&b.spacing_m))?;
     let size_m = world.bounds_m.max - world.bounds_m.min;
     let (cell_m, named_m) = (asked.passed_at_m(), planning.cell_m);
@@ -132,7 +132,7 @@ pub(super) fn between_neighbours(world: &World) -> Option<(f64, String)> {
 /// none would.
 pub(crate) fn with_room_to_pass(world: &World) -> Option<(World, String)> {
     let own_m = world.planning.margins.tracking_m;
-    let packed = Formation::packed(world);
+    let packed = Packed::all(world);
     let formation = packed.min_by(|a, b| a.spacing_m.total_cmp(&b.spacing_m))?;
     let room_m = formation.passed_at_m() - largest_body_m(world);
     // Whole centimetres, so that it can be typed.

@@ -83,6 +83,7 @@ pub(super) fn formation<'t>(
     }
     record.close(reader);
     let formation = Formation {
+        index,
         drones,
         to_m,
         circle,
@@ -129,9 +130,11 @@ pub(super) fn assigned(written: &Written) -> (Cow<'_, Written>, Vec<Problem>) {
         with_tasks: written.clone(),
         problems: Vec::new(),
     };
-    for (index, formation) in written.formations.iter().enumerate() {
-        let later = &written.formations[index + 1..];
-        assignment.add(formation, later, &format!("formation {}", index + 1));
+    let mut later = written.formations.as_slice();
+    while let Some((formation, rest)) = later.split_first() {
+        let who = format!("formation {}", formation.index + 1);
+        assignment.add(formation, rest, &who);
+        later = rest;
     }
     (Cow::Owned(assignment.with_tasks), assignment.problems)
 }

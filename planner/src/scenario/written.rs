@@ -371,6 +371,9 @@ pub(super) struct Task {
     { "required": ["home_m"] },
 ]))]
 pub(super) struct Formation {
+    /// Its place in the list, those that are not in order counted.
+    #[schemars(skip)]
+    pub(super) index: usize,
     /// Names of the group.
     #[schemars(with = "Option<Vec<String>>", extend("default" = "all drones"))]
     pub(super) drones: Option<Vec<At<String>>>,

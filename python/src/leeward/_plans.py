@@ -105,7 +105,7 @@ class Plan:
     @staticmethod
     def load(path: Union[str, os.PathLike[str]]) -> Plan:
         """Reads a plan.json; raises ``PlanError`` where it is none."""
-        return Plan(_leeward.Plan.read(Path(path).read_text(encoding="utf-8")))
+        return Plan(_leeward.Plan.read(_text_of(path)))
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes it as a plan.json."""
@@ -303,6 +303,16 @@ class Check:
         return not (self.violations or self.unplanned or self.differences)
 
 
+def _text_of(path: Union[str, os.PathLike[str]]) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise _leeward.PlanError(
+            f"{os.fspath(path)} is no text: a plan.json is wanted; "
+            "shows and tables are read by `plan check`"
+        ) from None
+
+
 def check(plan: Union[Plan, str, os.PathLike[str]], *, late: bool = False) -> Check:
     """Judges a plan, or a plan.json, by the verifier alone.
 
@@ -311,7 +321,7 @@ def check(plan: Union[Plan, str, os.PathLike[str]], *, late: bool = False) -> Ch
     if isinstance(plan, Plan):
         text = plan._plan.json()
     else:
-        text = Path(plan).read_text(encoding="utf-8")
+        text = _text_of(plan)
     found = json.loads(_leeward.check(text, late))
     examined = found["examination"]
     return Check(
