@@ -196,6 +196,10 @@ def test_check_finds_what_a_changed_plan_breaks(warehouse, tmp_path):
         leeward.check(tmp_path / "plan.json")
     with pytest.raises(leeward.PlanError):
         leeward.Plan.load(tmp_path / "plan.json")
+    (tmp_path / "show.skyc").write_bytes(b"PK\x03\x04\xff\xfe")
+    for read in (leeward.check, leeward.Plan.load):
+        with pytest.raises(leeward.PlanError, match="show.skyc is no text"):
+            read(tmp_path / "show.skyc")
 
 
 def test_a_plan_is_flown(warehouse):

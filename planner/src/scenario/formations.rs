@@ -634,6 +634,15 @@ mod tests {
     }
 
     #[test]
+    fn one_that_is_not_in_order_keeps_the_number_of_the_next() {
+        let text = r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (40, 40, 20)),
+            drones: [(name: "k0", airframe: "kolibri", start_m: (1, 1, 3))],
+            formations: [(home_m: 1, during_s: (9, 3)), (drones: ["k7"], to_m: [(9, 1, 3)])])"#;
+        let said = read_world(text).expect_err("two are not in order").to_string();
+        assert!(said.contains("formation 2"), "{said}");
+    }
+
+    #[test]
     fn each_drone_of_a_group_takes_the_place_beside_it_and_the_others_none() {
         let starts = [[1, 1, 3], [1, 9, 3], [1, 17, 3]].map(|at| ("kolibri", at.map(f64::from)));
         let formations =
