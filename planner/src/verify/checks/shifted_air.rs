@@ -167,8 +167,11 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) ->
         let Some(shifted) = slice.exposed.over(slice.whole(margin_s)) else {
             continue;
         };
-        let on_time = is_late.then(|| slice.exposed.over(slice.whole(0.0)));
-        let (kind, moment) = match on_time.flatten() {
+        let on_time = match margin_s > 0.0 {
+            true => is_late.then(|| slice.exposed.over(slice.whole(0.0))).flatten(),
+            false => Some(shifted.clone()),
+        };
+        let (kind, moment) = match on_time {
             Some(moment) => (ViolationKind::Air, moment),
             None => (ViolationKind::AirMargin, shifted),
         };
