@@ -77,7 +77,7 @@ impl Change {
 }
 
 /// The name of what lies where a drone came down.
-pub(crate) fn wreck_of(drone: &str) -> String {
+pub fn wreck_of(drone: &str) -> String {
     format!("{drone} (wreck)")
 }
 
