@@ -7,7 +7,6 @@ use planner::Plan;
 use planner::plan::file::{Claims, PlanFile};
 use planner::plan::{DronePlan, ViolationKind};
 use planner::verify::examination::{WorstAir, examine};
-use planner::verify::lateness::Late;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -106,7 +105,7 @@ pub fn of(plan: &Plan) -> Untimed {
             filled: Vec::new(),
             remarks: Vec::new(),
         };
-        let found = examine(&file, Late::No);
+        let found = examine(&file, false);
         let has = |kinds: &[ViolationKind]| {
             found
                 .plan

@@ -6,7 +6,6 @@ use exchange::frame::{Axes, Georeference};
 use exchange::{ExportError, Options, RATES_HZ, Target};
 use planner::plan::file;
 use planner::verify::examination::examine;
-use planner::verify::lateness::Late;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -60,7 +59,7 @@ pub(crate) fn export(
     };
     let file = file::read(text).map_err(|error| sentence(py, "PlanError", error))?;
     let made = wait(py, &Stop::default(), move || {
-        let examined = examine(&file, Late::No);
+        let examined = examine(&file, false);
         match examined.plan.violations.len() + examined.untold {
             0 => Ok(exchange::export(&file.plan, target, &options)),
             violations => Err(violations),

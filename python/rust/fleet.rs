@@ -13,7 +13,6 @@ use planner::plan::AtEnd;
 use planner::plan::file::{self, PlanFile};
 use planner::plan::outcome::{Blocker, EndpointConflicts, IMPROVING_SHARE, PLANNING_SHARE};
 use planner::verify::examination::examine;
-use planner::verify::lateness::Late;
 use planner::{Control, Files, Outcome};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -189,7 +188,6 @@ fn blocked(py: Python<'_>, conflicts: &EndpointConflicts, world: &planner::World
 pub(crate) fn check(py: Python<'_>, text: String, late: bool) -> PyResult<String> {
     let file: PlanFile = file::read(&text).map_err(|error| sentence(py, "PlanError", error))?;
     wait(py, &Stop::default(), move || {
-        let late = if late { Late::Each } else { Late::No };
         let found = examine(&file, late);
         let violations = &found.plan.violations;
         json_text(&json!({

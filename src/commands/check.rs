@@ -7,7 +7,7 @@ use planner::plan::file::PlanFile;
 use planner::plan::{Violation, ViolationKind};
 use planner::scenario::missing;
 use planner::verify::examination::{Difference, Examination, examine};
-use planner::verify::lateness::{FINE_S, LATEST_S, Late, Lateness};
+use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
 use viewer::View;
 
@@ -30,10 +30,6 @@ pub(crate) struct Arguments {
     /// How to print what is found
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Tell of each drone how late it may be, all others on time: of more than 40 only the one that
-    /// may be the least late is told otherwise
-    #[arg(long)]
-    late: bool,
     /// Folder for checked.json, the plan as it was read and with what was found, and plan.html
     /// [default: nothing is written]
     #[arg(long, value_name = "DIR")]
@@ -55,11 +51,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let file = arguments.source.read()?.file;
     let out = arguments.out.clone();
     let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
-    let late = match arguments.late || file.plan.drones.len() <= LIST_ALL_UP_TO {
-        true => Late::Each,
-        false => Late::Least,
-    };
-    let found = examine(&file, late);
+    let found = examine(&file, true);
     let batteries = Batteries::of(
         &found.plan,
         arguments.battery,
@@ -247,7 +239,7 @@ fn margins(found: &Examination) -> Vec<String> {
         told(least),
         then.unwrap_or_default()
     ));
-    if late.len() == found.late.len() {
+    if late.len() <= LIST_ALL_UP_TO {
         let each = late.iter().map(|(name, it)| format!("{name} {}", told(it)));
         lines.push(format!(
             "each may be late by (to {FINE_S} s): {}",

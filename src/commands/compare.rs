@@ -7,7 +7,6 @@ use clap::Args;
 use planner::Plan;
 use planner::plan::{AirframeEntry, DronePlan};
 use planner::verify::examination::{Examination, examine};
-use planner::verify::lateness::Late;
 use serde::Serialize;
 
 use crate::commands::answers::Wanted;
@@ -211,7 +210,7 @@ fn figures(plan: &Plan, found: &Examination) -> Figures {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let read = |path: &PathBuf| Source::one(path, None, None).read().map(|it| it.file);
     let (a, b) = (read(&arguments.a)?, read(&arguments.b)?);
-    let (found_a, found_b) = (examine(&a, Late::Least), examine(&b, Late::Least));
+    let (found_a, found_b) = (examine(&a, true), examine(&b, true));
     let arrivals = |found: &Examination| -> BTreeMap<String, f64> {
         let of = |it: &DronePlan| (it.name.clone(), it.arrives_s);
         found.plan.drones.iter().map(of).collect()

@@ -6,7 +6,6 @@ use clap::{Args, ValueEnum};
 use exchange::frame::{Axes, Georeference};
 use exchange::{ExportError, Manifest, Options, RATES_HZ, Refusal, Target, export};
 use planner::verify::examination::examine;
-use planner::verify::lateness::Late;
 use serde::Serialize;
 use serde_json::json;
 
@@ -81,8 +80,8 @@ struct Printed<'a> {
     files: &'a [PathBuf],
 }
 
-/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode
-/// asks for at least (2 Hz).
+/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode asks
+/// for at least (2 Hz).
 const RATE_DEFAULT_HZ: f64 = 20.0;
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "export.json";
@@ -124,7 +123,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::Inapplicable(inapplicable));
     }
     let Sourced { file, lights } = arguments.source.read()?;
-    let examined = examine(&file, Late::No);
+    let examined = examine(&file, false);
     let violations = examined.plan.violations.len() + examined.untold;
     if violations > 0 {
         let what = format!(

@@ -26,8 +26,9 @@ pub(crate) fn report(
     report.section("", table(plan));
     let mut lines = vec![summary(plan, durations)];
     if plan.drones.len() > LIST_ALL_UP_TO && plan.violations.is_empty() {
-        let told =
-            format!("told for up to {LIST_ALL_UP_TO} drones; plan check --late tells it for any");
+        let told = format!(
+            "told for up to {LIST_ALL_UP_TO} drones; plan check --format json tells it for any"
+        );
         lines.push(format!("How late each drone may be is {told}."));
     }
     lines.extend(zones(plan));

@@ -15,7 +15,6 @@ use exchange::{Options, Target, export};
 use planner::plan::{self, Plan, Solid};
 use planner::scenario::{intended_as_plan, read_samples, samples_as_plan};
 use planner::verify::examination::examine;
-use planner::verify::lateness::Late;
 use planner::verify::verify;
 use planner::{Control, Files};
 
@@ -329,13 +328,6 @@ fn meshes_of_any_bytes_are_read_or_refused() {
 /// How late its drones may be is asked of one in so many plans.
 const LATE: u64 = 20;
 
-fn late(read: u64) -> Late {
-    match read.is_multiple_of(LATE) {
-        true => Late::Each,
-        false => Late::No,
-    }
-}
-
 /// Plans of two or three drones: landing, payload, zones, a mesh, air that takes its time.
 fn plans() -> Vec<Plan> {
     let files = |file: &str| match file {
@@ -384,7 +376,7 @@ fn plans_of_any_bytes_are_verified_or_refused() {
             };
             if let Ok(file) = plan::file::read(text) {
                 read_count.set(read_count.get() + 1);
-                examine(&file, late(read_count.get()));
+                examine(&file, u64::is_multiple_of(read_count.get(), LATE));
             }
         },
     }
@@ -533,7 +525,7 @@ fn flown_tables_of_any_bytes_are_judged_or_refused() {
             let load = |_: &str| Ok(CUBE.to_owned());
             if let Ok(file) = samples_as_plan("log", &samples, &fleet, &Files::new(&load)) {
                 read_count.set(read_count.get() + 1);
-                examine(&file, late(read_count.get()));
+                examine(&file, u64::is_multiple_of(read_count.get(), LATE));
             }
         },
     }
@@ -616,7 +608,7 @@ fn shows_of_any_bytes_are_judged_or_refused() {
             let files = Files::new(&load);
             if let Ok(file) = intended_as_plan("show", show.drones, fleet, &files) {
                 read_count.set(read_count.get() + 1);
-                examine(&file, Late::No);
+                examine(&file, false);
             }
         },
     }

@@ -68,8 +68,7 @@ fn judged(folder: &Path, what: &str) -> (Option<i32>, Value) {
 fn what_is_exported_is_judged_as_it_was_when_it_comes_back() {
     for (below_m, beside_m, expected) in [(0.35, 0.0, Some(1)), (1.9, 0.8, Some(0))] {
         let file = passing(below_m, beside_m);
-        let before =
-            planner::verify::examination::examine(&file, planner::verify::lateness::Late::No);
+        let before = planner::verify::examination::examine(&file, false);
         assert_eq!(before.plan.violations.is_empty(), expected == Some(0));
         let worst = before.worst_air.expect("there is air");
         for (to, own_origin, what) in [

@@ -638,7 +638,9 @@ mod tests {
         let text = r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (40, 40, 20)),
             drones: [(name: "k0", airframe: "kolibri", start_m: (1, 1, 3))],
             formations: [(home_m: 1, during_s: (9, 3)), (drones: ["k7"], to_m: [(9, 1, 3)])])"#;
-        let said = read_world(text).expect_err("two are not in order").to_string();
+        let said = read_world(text)
+            .expect_err("two are not in order")
+            .to_string();
         assert!(said.contains("formation 2"), "{said}");
     }
 

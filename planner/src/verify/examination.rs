@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use super::checks::air;
-use super::checks::lateness::{self, Late, Lateness};
+use super::checks::lateness::{self, Lateness};
 use super::scene::Scene;
 use super::time::encounters::{Encounter, encounters};
 use super::{Report, checks::contents, judged};
@@ -115,8 +115,9 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Judges a plan file: its plan, its claims, and how late drones may be, as far as that is asked.
-pub fn examine(file: &PlanFile, late: Late) -> Examination {
+/// Judges a plan file: its plan, its claims, and, if `late` is asked for, how late each drone may
+/// be.
+pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let mut examined = file.plan.clone();
     for (drone, claims) in examined.drones.iter_mut().zip(&file.claims.drones) {
         drone.arrives_s = arrives_s(&file.plan, drone, claims.arrives_s);
@@ -130,15 +131,9 @@ pub fn examine(file: &PlanFile, late: Late) -> Examination {
     // What contradicts itself has no figures to compare.
     let is_whole = malformed.is_empty();
     let report = super::report(plan, scene.as_ref(), malformed, (super::Asked::Spans, None));
-    // What is stated of a drone is held against what is found.
-    let is_stated = |it: &DroneClaims| it.may_be_late_s.is_some();
-    let late = match file.claims.drones.iter().any(is_stated) {
-        true if late == Late::Least => Late::Each,
-        _ => late,
-    };
-    let count = plan.drones.len();
-    let late = (scene.as_ref()).map(|scene| lateness::of_scene(scene, count, late));
-    let late = late.unwrap_or_else(|| vec![None; count]);
+    let asked = scene.as_ref().filter(|_| late);
+    let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len()));
+    let late = late.unwrap_or_else(|| vec![None; plan.drones.len()]);
     let near = scene.as_ref().map(|scene| encounters(scene, 0.0));
     let judged_by = scene.as_ref().zip(near.as_deref());
     let worst_air = worst_air(plan, &report);

@@ -5,7 +5,6 @@ use planner::plan::file::{NotAPlan, PlanFile, read, schema};
 use planner::plan::{AtEnd, AtStart, Plan, ViolationKind};
 use planner::scenario::{Files, FlownError, missing, read_samples, samples_as_plan};
 use planner::verify::examination::examine;
-use planner::verify::lateness::Late;
 use planner::{Control, read_world};
 use serde_json::{Value, json};
 
@@ -69,7 +68,7 @@ fn a_plan_without_results_takes_presets_by_name_and_defaults() {
     ];
     assert_eq!(file.filled, filled);
     assert!(file.remarks[0].starts_with("no margins stated"));
-    let found = examine(&file, Late::Each);
+    let found = examine(&file, true);
     assert!(
         found.plan.violations.is_empty(),
         "{:?}",
@@ -90,7 +89,7 @@ fn limits_that_are_left_out_hold_in_plan_2_and_not_in_plan_1() {
         })
     };
     let kinds = |file: &PlanFile| {
-        let found = examine(file, Late::No).plan.violations.into_iter();
+        let found = examine(file, false).plan.violations.into_iter();
         found.map(|it| it.kind).collect::<Vec<_>>()
     };
     assert_eq!(kinds(&file(&fast("plan/2"))), [ViolationKind::Touchdown]);
@@ -332,7 +331,7 @@ fn flown(text: &str, fleet: &str) -> Result<PlanFile, FlownError> {
 #[test]
 fn a_log_at_20_hz_is_judged_by_what_was_flown() {
     let apart = flown(&log(1.5), FLEET).unwrap();
-    let found = examine(&apart, Late::Each);
+    let found = examine(&apart, true);
     assert!(
         found.plan.violations.is_empty(),
         "{:?}",
@@ -354,12 +353,12 @@ fn a_log_at_20_hz_is_judged_by_what_was_flown() {
         apart.remarks
     );
     // Half a metre below another it is in the downwash; at its height the bodies meet.
-    let below = examine(&flown(&log(0.45), FLEET).unwrap(), Late::No)
+    let below = examine(&flown(&log(0.45), FLEET).unwrap(), false)
         .plan
         .violations;
     let is_told = |kind: ViolationKind| below.iter().any(|it| it.kind == kind && it.drone == "b");
     assert!(is_told(ViolationKind::Air), "{below:?}");
-    let meet = examine(&flown(&log(0.0), FLEET).unwrap(), Late::No)
+    let meet = examine(&flown(&log(0.0), FLEET).unwrap(), false)
         .plan
         .violations;
     assert!(
@@ -405,7 +404,7 @@ fn of_a_crowd_at_one_place_the_worst_pairs_are_told_and_the_rest_counted() {
         drones.push(named(100, [1.0, 8.0, 4.0]));
         drones.push(named(101, [1.1, 8.0, 4.0]));
     });
-    let found = examine(&file(&text), Late::No);
+    let found = examine(&file(&text), false);
     let collisions = found.plan.violations.iter();
     let collisions = collisions.filter(|it| it.kind == ViolationKind::Collision);
     let pairs: Vec<(&str, Option<&str>)> = collisions

@@ -12,7 +12,7 @@ use planner::replan::change::Change;
 use planner::scenario::missing;
 use planner::scenario::world::Task;
 use planner::verify::examination::examine;
-use planner::verify::lateness::{self, Late};
+use planner::verify::lateness;
 use planner::{Control, Running, World};
 use serde_json::{Value, json};
 
@@ -389,11 +389,7 @@ fn named(world: &World, text: &str) -> Vec<String> {
         Err(error) => return vec![error.to_string()],
     };
     let states = |it: &planner::plan::DronePlan| it.may_be_late_s.is_some();
-    let late = match file.plan.drones.iter().any(states) {
-        true => Late::Each,
-        false => Late::No,
-    };
-    let found = examine(&file, late);
+    let found = examine(&file, file.plan.drones.iter().any(states));
     let violations = found.plan.violations.iter().map(ToString::to_string);
     let differences = found.differences.iter().map(ToString::to_string);
     violations

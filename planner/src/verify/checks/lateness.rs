@@ -37,32 +37,12 @@ pub struct Lateness {
 /// How late each drone of a plan may be, in its order; `None`: it cannot be judged.
 pub fn of_all(plan: &Plan) -> Vec<Option<Lateness>> {
     let (scene, _) = contents::read(plan);
-    let judged = scene.map(|scene| of_scene(&scene, plan.drones.len(), Late::Each));
+    let judged = scene.map(|scene| of_scene(&scene, plan.drones.len()));
     judged.unwrap_or_else(|| vec![None; plan.drones.len()])
 }
 
-/// Of which drones it is asked how late they may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Late {
-    /// Of none.
-    No,
-    /// Of the one that may be the least late: a fraction of the work, for what is no less is not
-    /// looked at.
-    Least,
-    /// Of each.
-    Each,
-}
-
-/// Drones that are looked at side by side, before the least of them bounds the others. Chosen here:
-/// for some threads, and the same on any number of them.
-const BATCH: usize = 16;
-
 /// The same of a plan with so many drones, as it was read.
-pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize, late: Late) -> Vec<Option<Lateness>> {
-    let mut by_drone = vec![None; drones];
-    if late == Late::No {
-        return by_drone;
-    }
+pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>> {
     let near = encounters(scene, LATEST_S);
     let on_time = encounters(scene, 0.0);
     let flights = || scene.flights.par_iter().enumerate();
@@ -76,26 +56,11 @@ pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize, late: Late) -> Vec<Opti
             .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
             .collect(),
     };
-    let batch = match late {
-        Late::Least => BATCH,
-        _ => scene.flights.len().max(1),
-    };
-    let all: Vec<usize> = (0..scene.flights.len()).collect();
-    let mut least: Option<(usize, Lateness)> = None;
-    for some in all.chunks(batch) {
-        let below_s = least.as_ref().map_or(LATEST_S, |(_, it)| it.late_s);
-        let judged: Vec<(usize, Lateness)> = (some.par_iter())
-            .map(|&k| (scene.flights[k].index, fleet.lateness(k, below_s)))
-            .collect();
-        for (index, lateness) in judged {
-            if late == Late::Each {
-                by_drone[index] = Some(lateness);
-            } else if (least.as_ref()).is_none_or(|(_, it)| lateness.late_s < it.late_s) {
-                least = Some((index, lateness));
-            }
-        }
-    }
-    if let Some((index, lateness)) = least {
+    let judged: Vec<(usize, Lateness)> = flights()
+        .map(|(k, flight)| (flight.index, fleet.lateness(k)))
+        .collect();
+    let mut by_drone = vec![None; drones];
+    for (index, lateness) in judged {
         by_drone[index] = Some(lateness);
     }
     by_drone
@@ -113,11 +78,11 @@ struct Fleet<'a> {
 }
 
 impl Fleet<'_> {
-    /// How late a flight may be, up to `most_s` (s).
-    fn lateness(&self, k: usize, most_s: f64) -> Lateness {
+    /// How late a flight may be.
+    fn lateness(&self, k: usize) -> Lateness {
         let (scene, near) = (self.scene, self.near);
         let mut known = Lateness {
-            late_s: most_s,
+            late_s: LATEST_S,
             breaks: None,
         };
         let late = &scene.flights[k];

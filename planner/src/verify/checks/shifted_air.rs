@@ -168,7 +168,9 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) ->
             continue;
         };
         let on_time = match margin_s > 0.0 {
-            true => is_late.then(|| slice.exposed.over(slice.whole(0.0))).flatten(),
+            true => is_late
+                .then(|| slice.exposed.over(slice.whole(0.0)))
+                .flatten(),
             false => Some(shifted.clone()),
         };
         let (kind, moment) = match on_time {
