@@ -80,8 +80,8 @@ struct Printed<'a> {
     files: &'a [PathBuf],
 }
 
-/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode asks
-/// for at least (2 Hz).
+/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode
+/// asks for at least (2 Hz).
 const RATE_DEFAULT_HZ: f64 = 20.0;
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "export.json";

@@ -380,7 +380,7 @@ fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
         ),
         (
             "enu.csv",
-            "`enu` is at z = -3.00 m at 2.00 s, below the floor (z = 0 m); z counts up: if it counts down, name the columns n_m,e_m,d_m",
+            "`enu` is at z = -3.00 m at 2.00 s, below the floor (z = 0 m); z_m counts up and d_m down: columns of the other kind",
         ),
         ("short.csv columns.csv", "short.csv"),
         ("enu.csv ./enu.csv", "a second drone `enu`"),

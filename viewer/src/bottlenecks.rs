@@ -57,12 +57,12 @@ impl Bottlenecks {
         // Seconds by drone that waits, so that each counts once.
         let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
         let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
-        for (k, stops) in stops.iter().enumerate() {
+        for (drone, (k, stops)) in plan.drones.iter().zip(stops.iter().enumerate()) {
+            found.waits_s += drone.waits_s;
             for stop in stops {
                 let Some(waits_s) = stop.costs_s else {
                     continue;
                 };
-                found.waits_s += waits_s;
                 if let Some(other) = stop.waits_for {
                     *drones.entry(other).or_default().entry(k).or_default() += waits_s;
                 }

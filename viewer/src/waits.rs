@@ -164,9 +164,8 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
 /// Plans count it as waiting.
 const STOPPING_S: f64 = 0.8;
 
-/// Shares what a drone waits, as its plan counts it, among its waits by their length, each no more
-/// than it takes: the plan counts as well how long a drone is in place before a task's own time.
-/// A plan that does not count them waits for as long as it stands.
+/// Shares what a drone waits, as its plan counts it, among its waits by their length. A plan that
+/// does not count them waits for as long as it stands.
 fn share(drone: &DronePlan, stops: &mut [Stop]) {
     let waits = || stops.iter().filter(|it| it.what == "wait");
     let stopping_s = if drone.trajectory.is_smooth() {
@@ -183,7 +182,7 @@ fn share(drone: &DronePlan, stops: &mut [Stop]) {
         stood_s
     };
     for stop in stops.iter_mut().filter(|it| it.what == "wait") {
-        stop.costs_s = Some((counted_s / all_s).min(1.0) * takes_s(stop));
+        stop.costs_s = Some(counted_s * takes_s(stop) / all_s);
     }
 }
 
@@ -335,9 +334,6 @@ mod tests {
         assert_eq!(costs(&drone), [Some(0.5), None, Some(1.5)]);
         // A plan that does not count them.
         drone.waits_s = 0.0;
-        assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
-        // The rest was spent in place before a task's time.
-        drone.waits_s = 40.0;
         assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
         // A smooth one is slow for less than it stops on its path where that is long.
         drone.waits_s = 5.6;

@@ -13,8 +13,8 @@ use crate::forward::flow::{Flow, Sighting};
 use crate::forward::hypothesis::Sensor;
 use crate::record::recording::{Measures, ProbeSample, Probes};
 
-/// Steps of the low-pass in the latest time constant. Chosen here: the air is taken as linear within
-/// a step, which leaves less than a hundredth of its change in a time constant.
+/// Steps of the low-pass in the latest time constant. Chosen here: the air is taken as linear
+/// within a step, which leaves less than a hundredth of its change in a time constant.
 const STEPS_PER_TAU: f64 = 5.0;
 
 /// The steady reading (m/s) of a true probe at a time and point; `None` where some drone's place is
