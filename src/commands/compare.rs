@@ -288,6 +288,11 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
             change.unwrap_or_default(),
         ]
     };
+    let word = |what: &str, of: &dyn Fn(&Figures) -> &str| {
+        let (in_a, in_b) = (of(a), of(b));
+        let change = if in_a == in_b { "" } else { "another" };
+        [what, in_a, in_b, change].map(str::to_owned).into()
+    };
     let rows = vec![
         number("drones", &|it| Some(it.drones as f64), 0),
         number("unplanned", &|it| Some(it.unplanned as f64), 0),
@@ -326,6 +331,7 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
             &|it| convection(it, 1),
             2,
         ),
+        word("superposition of wakes", &|it| &it.superposition),
     ];
     report.section(
         "What they keep",

@@ -1,4 +1,4 @@
-//! What one wake brings to another drone: bounds for the search, integrals for what is printed.
+//! What one wake brings to another drone: bounds for the search, and the integral that they bound.
 //!
 //! - [`exposure`]: the air met along a flight, integrated
 //! - [`envelope`]: the air over another airframe's discs, bounded from above; `moved_jet`: where
