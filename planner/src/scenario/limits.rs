@@ -91,7 +91,7 @@ pub(super) const DURING_S: Limits = DWELL_S;
 /// What all tasks of a drone take at least, dwells and straight flights together: a year. Ticks
 /// count to 2³² hundredths of a second, 1.3 years; the rest is for detours and waits.
 pub const BUSY_S: Limits = from(0.0, 3.2e7, "s");
-/// What a load may weigh by itself; the airframe sets a narrower limit, see [`MOST_MASS_RATIO`].
+/// What a load may weigh by itself; the airframe sets a narrower limit.
 pub const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
 /// From a thousandth (no drone may be below another) to twice the own induced velocity, where
 /// hovering costs 2.4 times the power (β(2) = 1 + √2).
