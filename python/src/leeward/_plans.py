@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _leeward
+from ._errors import PlanError
 from ._ron import Scenario, text_of
 
 if TYPE_CHECKING:
@@ -307,7 +308,7 @@ def _text_of(path: Union[str, os.PathLike[str]]) -> str:
     try:
         return Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError:
-        raise _leeward.PlanError(
+        raise PlanError(
             f"{os.fspath(path)} is no text: a plan.json is wanted; "
             "shows and tables are read by `plan check`"
         ) from None
