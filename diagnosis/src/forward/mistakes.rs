@@ -107,9 +107,9 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     let as_it_lies = likeness(&pairs, accuracy_mps);
     if let Some(it) = as_it_lies.filter(|it| it.left < EXPLAINED) {
         // What shelters the probes may make the air as slow as it likes.
-        let is_one = units(it.factor).is_empty();
+        let is_of_no_unit = units(it.factor).is_empty();
         let is_possible =
-            it.factor <= FACTOR && (is_one || (1.0..FACTOR_OF_UNITS).contains(&it.factor));
+            it.factor <= FACTOR && (is_of_no_unit || (1.0..FACTOR_OF_UNITS).contains(&it.factor));
         if it.left < RIGHT || !is_possible {
             return (!is_possible).then(|| scaled(it.factor));
         }
