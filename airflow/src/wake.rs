@@ -172,6 +172,18 @@ impl Wake {
         self.shape.is_some()
     }
 
+    /// Whether both are one hover jet: of the same airframe at the same mass in the same air, without
+    /// more than that.
+    #[must_use]
+    pub fn is_same_hover_jet(&self, other: &Wake) -> bool {
+        let of = |it: &Wake| (it.shared.density_kg_per_m3, it.shared.jet);
+        !(self.is_shaped() || other.is_shaped())
+            && self.far == other.far
+            && self.induced_velocity_mps == other.induced_velocity_mps
+            && self.shared.airframe == other.shared.airframe
+            && of(self) == of(other)
+    }
+
     /// Induced velocity (m/s) of the drone's own rotors, by which its exposure is measured: that of
     /// the jet unless effects make the jet stronger or weaker than the rotors. Never more than the
     /// stated mass asks for.

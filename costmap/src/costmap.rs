@@ -101,9 +101,9 @@ impl Costmap {
         &self.fleet
     }
 
-    /// Whether there are zones.
-    pub fn has_zones(&self) -> bool {
-        !self.zones.is_empty()
+    /// Whether there are zones whose air is limited.
+    pub fn has_air_limits_of_zones(&self) -> bool {
+        self.zones.limit_air()
     }
 
     /// Whether there is anything above the floor that stops a wake.
@@ -307,7 +307,7 @@ impl Costmap {
         }
         self.timeline.remove(drone);
         self.far_wakes.take_back(&self.spreads(&legs));
-        if !self.zones.is_empty() {
+        if self.zones.limit_air() {
             let late = legs.iter().map(|leg| self.own_delay(leg)).max();
             let clear = last.end.after(late.unwrap_or(0) + self.shift());
             let since = first.start.before(self.shift());

@@ -60,13 +60,14 @@ impl Zones {
         }
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.boxes.is_empty()
+    /// Whether the air of any of them is limited.
+    pub(crate) fn limit_air(&self) -> bool {
+        self.boxes.iter().any(|zone| zone.air_limit_mps.is_finite())
     }
 
     /// Counts a leg in every zone that its wake reaches, for as long as its air lasts.
     pub(crate) fn add(&mut self, leg: &Leg, wakes: Wakes) {
-        if self.is_empty() {
+        if !self.limit_air() {
             return;
         }
         let shift = wakes.fleet.conditions().shift;
@@ -144,7 +145,7 @@ impl Wakes<'_> {
     /// Wall jets run in many directions, and add up to the sum of their speeds at most; with wakes
     /// from above that add by momentum the whole is at most the sum of `√(above² + along²)`.
     fn load_on(self, leg: &Leg, zone: &ZoneBox) -> u32 {
-        if !self.fleet.conditions().wakes || !leg.flying {
+        if !self.fleet.conditions().wakes || !leg.flying || zone.air_limit_mps.is_infinite() {
             return 0;
         }
         let limit_mps = left(

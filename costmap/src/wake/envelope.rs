@@ -86,6 +86,9 @@ impl Envelope {
     /// The same for a receiver that may be so far (m) from where it seems, in every direction.
     #[must_use]
     pub(crate) fn grown(mut self, by_m: f64) -> Envelope {
+        if by_m == 0.0 {
+            return self;
+        }
         let depths_m = &self.depths_m;
         let nearby = |row: usize| {
             let (above_m, below_m) = (depths_m[row] - by_m, depths_m[row + 1] + by_m);
@@ -386,22 +389,8 @@ impl Envelope {
         envelope
     }
 
-    /// The same of one wake for several receivers, each with what counts as still air to it. What a
-    /// moved jet is like, which takes longest to work out, is worked out once for all of them.
-    pub(crate) fn of_each(
-        wake: &Wake,
-        receivers: &[(&DiscPoints, f64)],
-        deepest_m: f64,
-    ) -> Vec<Envelope> {
-        if wake.is_shaped() {
-            return Envelope::of_moved(wake, receivers, deepest_m);
-        }
-        let of_one = |&(discs, negligible_square): &(&DiscPoints, f64)| {
-            Envelope::new(wake, discs, deepest_m, negligible_square)
-        };
-        receivers.par_iter().map(of_one).collect()
-    }
-
+    /// The same of one jet that effects have moved, for several receivers, each with what counts as
+    /// still air to it: what it is like, which takes longest, is worked out once for all of them.
     fn of_moved(wake: &Wake, receivers: &[(&DiscPoints, f64)], deepest_m: f64) -> Vec<Envelope> {
         let depths_m = row_depths_m(wake.motor_distance_m(), deepest_m, ROW_GROWTH);
         let negligible = receivers.iter().map(|(_, square)| *square);
@@ -770,5 +759,6 @@ fn at_middle(row: &(f64, Vec<Sample>), radius_m: f64) -> f64 {
     }
 }
 
+pub(crate) mod tables;
 #[cfg(test)]
 mod tests;

@@ -14,7 +14,7 @@ use crate::volumes::downwash::{Section, column};
 use crate::volumes::keep_out::{Hung, KeepOut};
 use crate::volumes::relative::{Relative, nearest_radius_m};
 use crate::wake::advected::{Carrier, advected};
-use crate::wake::envelope::Envelope;
+use crate::wake::envelope::{Envelope, tables};
 
 /// An airframe at one mass.
 #[derive(Clone, Debug)]
@@ -96,7 +96,7 @@ pub struct Fleet {
     measures_mps: Vec<f64>,
     /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter]`.
     envelopes: Vec<Arc<Envelope>>,
-    /// Speed at a point, by emitter, for zones.
+    /// Speed at a point, by emitter; empty where no zone limits the air.
     points: Vec<Envelope>,
     /// How many emitters there are, and which each kind is.
     emitters: usize,
@@ -205,10 +205,6 @@ impl Fleet {
         };
         // Both may be off their legs.
         let apart_m = 2.0 * conditions.astray_m;
-        let grown = |envelope: Envelope| match apart_m {
-            0.0 => envelope,
-            by_m => envelope.grown(by_m),
-        };
         let made = emitters.par_iter().enumerate().flat_map(|(emitter, wake)| {
             let own = (0..pairs).skip(emitter).step_by(emitters.len());
             let own: Vec<usize> = own.filter(|pair| tabulated(*pair) == *pair).collect();
@@ -218,8 +214,7 @@ impl Fleet {
                 (&discs[pair / emitters.len()], negligible)
             });
             let receivers: Vec<_> = receivers.collect();
-            let made = Envelope::of_each(wake, &receivers, conditions.deepest_m);
-            let made = made.into_par_iter().map(grown).map(Arc::new);
+            let made = tables::of_each(wake, &receivers, [conditions.deepest_m, apart_m]);
             own.into_par_iter().zip(made)
         });
         let made: BTreeMap<usize, Arc<Envelope>> = made.collect();
@@ -229,9 +224,9 @@ impl Fleet {
             offsets_m: vec![[0.0, 0.0]],
             weights: vec![1.0],
         };
-        let points = emitters
-            .par_iter()
-            .enumerate()
+        let limits_zones = conditions.lowest_zone_limit_mps.is_finite();
+        let points = (emitters.par_iter().enumerate())
+            .filter(|_| limits_zones)
             .map(|(emitter, wake)| {
                 let limit_mps = left(conditions.lowest_zone_limit_mps, flown.return_flow_mps);
                 let limit = (limit_mps / fastest(emitter)).min(1.0);
@@ -241,12 +236,7 @@ impl Fleet {
                     None => conditions.superposition,
                 };
                 let negligible = negligible_share(superposition) * limit * limit;
-                grown(Envelope::new(
-                    wake,
-                    &point,
-                    conditions.deepest_m,
-                    negligible,
-                ))
+                Envelope::new(wake, &point, conditions.deepest_m, negligible).grown(apart_m)
             })
             .collect();
         let fleet = Fleet {

@@ -1,8 +1,8 @@
 //! What one wake brings to another drone: bounds for the search, and the integral that they bound.
 //!
 //! - [`exposure`]: the air met along a flight, integrated
-//! - [`envelope`]: the air over another airframe's discs, bounded from above; `moved_jet`: where
-//!   wind or tilt moved it
+//! - [`envelope`]: the air over another airframe's discs, bounded from above, made once;
+//!   `moved_jet`: where wind or tilt moved it
 //! - [`surfaces`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other; `advected`: with the delay
 //!   of convection

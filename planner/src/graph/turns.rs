@@ -132,12 +132,30 @@ impl Smoothing {
             let on_path_m = before_mps * t_s.min(0.0) + after_mps * t_s.max(0.0);
             corner_m + on_path_m + (after_mps - before_mps) * self.kernel.deviation_s(t_s)
         };
-        let clear = |k: u32| {
-            let ends_m = [at_m(k), at_m(k + 1)];
-            // What is farther away is not looked at.
-            solids.segment_clearance_m(ends_m[0], ends_m[1], radius_m) >= radius_m
-        };
-        (0..CORNER_CHORDS).all(clear)
+        let chord_s = 2.0 * half_s / f64::from(CORNER_CHORDS);
+        let chord_m = chord_s * before_mps.norm().max(after_mps.norm());
+        // Chords that are not looked at yet, from and to: where the place in their middle is so far
+        // from solids that none of them reaches one, they are not looked at one by one.
+        let mut open = vec![(0_u32, CORNER_CHORDS)];
+        while let Some((from, to)) = open.pop() {
+            let middle = from.midpoint(to);
+            let at = at_m(middle);
+            if to - from == 1 {
+                if solids.segment_clearance_m(at, at_m(to), radius_m) < radius_m {
+                    return false;
+                }
+                continue;
+            }
+            let clear_m = radius_m + f64::from(to - middle) * chord_m;
+            let found_m = solids.segment_clearance_m(at, at, clear_m);
+            if found_m < radius_m {
+                return false;
+            }
+            if found_m < clear_m {
+                open.extend([(from, middle), (middle, to)]);
+            }
+        }
+        true
     }
 
     /// Chords in each change of velocity, between its first and its last moment.

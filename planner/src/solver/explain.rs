@@ -24,7 +24,7 @@ use crate::solver::fleet::tried;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
 use crate::solver::refusals::{LARGEST_GROUP, Retried, halved_cells_m, in_their_way, joined};
-use crate::solver::subfleet::{Subfleet, Terms};
+use crate::solver::subfleet::{Prepared, Subfleet, Terms};
 use crate::verify::Report;
 
 /// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them
@@ -50,7 +50,7 @@ const MOST_EXPANSIONS: u64 = 12_000;
 const MOST_SMOOTH_EXPANSIONS: u64 = 48_000;
 /// States of all such plans times drones after which nothing more is looked for: chosen here, some
 /// seconds of work. A state takes the longer, the more drones there are.
-const MOST_EXPANSIONS_IN_ALL: u64 = 150_000;
+const MOST_EXPANSIONS_IN_ALL: u64 = 100_000;
 /// A gentler pass may take so many times the states of the first: chosen here, three times as
 /// many, each of which counts eight times without tables.
 const PASS_STATES: u64 = 24;
@@ -319,6 +319,7 @@ impl Refusals<'_> {
             paths: self.paths,
             chosen: group,
             control: self.control,
+            prepared: &Prepared::default(),
         };
         let spent = || self.effort.borrow().expansions;
         let raised = |times: f64, most_expansions: u64| {
@@ -521,6 +522,7 @@ impl Refusals<'_> {
             paths: self.paths,
             chosen: drones,
             control: self.control,
+            prepared: &Prepared::default(),
         };
         let own = std::iter::once(changed.planning.cell_m);
         own.chain(halved_cells_m(changed, 1)).any(|cell_m| {

@@ -7,7 +7,6 @@ use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
 
 use crate::graph::distances::UNREACHABLE;
-use crate::graph::roadmap::Channel;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{
     Blocker, Control, Effort, EndpointConflict, EndpointConflicts, EndpointKind, Failure, Outcome,
@@ -22,7 +21,7 @@ use crate::sipp::search::{Found, IMMOVABLE, Searched, Setting, search};
 use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
-use crate::solver::prepare::{Job, prepare, prepare_with};
+use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
 use crate::solver::relaxed::{Why, most_states, weaker};
@@ -310,18 +309,18 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The same within so many states, where no two starts exclude one another and paths beyond the
-    /// lattice are known.
+    /// The same within so many states, of a world that is prepared already and where no two starts
+    /// exclude one another.
     pub(crate) fn limited(
         world: &'a World,
         control: &'a Control<'a>,
-        channels: &[Channel],
+        job: Job,
         most_expansions: u64,
     ) -> Run<'a> {
         Run {
             world,
             control,
-            job: prepare_with(world, channels),
+            job,
             endpoints: Exclusions::default(),
             effort: Effort::default(),
             most_expansions: Some(most_expansions),
@@ -354,7 +353,8 @@ impl<'a> Run<'a> {
     /// `None` where the budget of states ended first.
     pub(crate) fn paths(&mut self, mut costmap: Costmap, fixed: Vec<Vec<Leg>>) -> Option<Paths> {
         let mut excluded = excluded(&self.job, &self.endpoints.goals, |_| true);
-        if !self.world.zones.is_empty() {
+        let mut zones = self.world.zones.iter();
+        if zones.any(|zone| zone.air_limit_mps.is_some()) {
             let more = self.kept_out_by_zones(&costmap, &excluded);
             excluded.extend(more);
         }

@@ -17,7 +17,7 @@ use crate::scenario::world::World;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths, is_slow, score};
-use crate::solver::subfleet::{Subfleet, Terms};
+use crate::solver::subfleet::{Prepared, Subfleet, Terms};
 
 /// Cells are not made smaller (m): chosen here, what a drone can hold its place to.
 const LEAST_CELL_M: f64 = 0.1;
@@ -25,8 +25,9 @@ const LEAST_CELL_M: f64 = 0.1;
 const MOST_PLACES: f64 = 150_000.0;
 /// States for all that is tried for one group: chosen here, some seconds of work.
 const MOST_EXPANSIONS: u64 = 100_000;
-/// The same where air takes time: chosen here, as much work.
-const MOST_LATE_EXPANSIONS: u64 = 16_000;
+/// The same where air takes time, or no table answers for steps, as beside zones: chosen here, as
+/// much work.
+const MOST_DEAR_EXPANSIONS: u64 = 16_000;
 /// Plans with higher bounds that the verifier is asked about for one group: chosen here, up to a
 /// second of work each.
 const MOST_JUDGED: usize = 3;
@@ -140,6 +141,7 @@ pub(crate) fn planned_finer(
             paths: &paths,
             chosen: &chosen,
             control,
+            prepared: &Prepared::default(),
         };
         let terms = Terms {
             cell_m,
@@ -275,11 +277,12 @@ impl Refused<'_> {
         let (mut finest_m, mut ended) = (own_m, None);
         let begun = effort.expansions;
         let until = begun
-            + match paths.costmap.lingers() > 0 {
-                true => MOST_LATE_EXPANSIONS,
+            + match paths.costmap.lingers() > 0 || paths.costmap.has_air_limits_of_zones() {
+                true => MOST_DEAR_EXPANSIONS,
                 false => MOST_EXPANSIONS,
             };
         let mut judged = 0;
+        let prepared = Prepared::default();
         for &(times, raised) in self.attempts {
             let Some(cell_m) = halved_cells_m(self.world, times) else {
                 continue;
@@ -300,6 +303,7 @@ impl Refused<'_> {
                 paths,
                 chosen: self.drones,
                 control: self.control,
+                prepared: &prepared,
             };
             let Some(found) = subfleet.replanned(&terms, effort) else {
                 if (self.control.stop)() {

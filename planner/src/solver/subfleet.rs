@@ -1,5 +1,7 @@
 //! Some drones of a planned fleet, planned once more among the rest, on other terms.
 
+use std::cell::RefCell;
+
 use costmap::leg::{DroneId, Leg};
 
 use crate::graph::agent::Agent;
@@ -9,7 +11,7 @@ use crate::scenario::world::World;
 use crate::sipp::search::{Obstructor, Path};
 use crate::solver::assemble::assemble;
 use crate::solver::fleet::Run;
-use crate::solver::prepare::Job;
+use crate::solver::prepare::{Job, prepare_with};
 use crate::solver::priority::{FailureKind, Paths};
 use crate::verify::{Report, verify_drones};
 
@@ -26,6 +28,25 @@ pub(crate) struct Subfleet<'a> {
     pub(crate) chosen: &'a [DroneId],
     /// Says when to stop.
     pub(crate) control: &'a Control<'a>,
+    /// Of the same drones in the same world.
+    pub(crate) prepared: &'a Prepared,
+}
+
+/// Roadmap and agents of a subfleet by the spacing of the lattice (m): it is planned on the same
+/// several times.
+#[derive(Debug, Default)]
+pub(crate) struct Prepared(RefCell<Vec<(f64, Job)>>);
+
+impl Prepared {
+    fn job(&self, cell_m: f64, prepare: impl FnOnce() -> Job) -> Job {
+        let mut known = self.0.borrow_mut();
+        if let Some((_, job)) = known.iter().find(|(own_m, _)| *own_m == cell_m) {
+            return job.clone();
+        }
+        let job = prepare();
+        known.push((cell_m, job.clone()));
+        job
+    }
 }
 
 /// On what a subfleet is planned.
@@ -70,8 +91,9 @@ impl Subfleet<'_> {
             .collect();
         let mut own = whole.clone();
         own.drones.truncate(self.chosen.len());
-        let channels = self.job.roadmap.channels();
-        let mut run = Run::limited(&own, &quiet, &channels, terms.most_expansions);
+        let prepare = || prepare_with(&own, &self.job.roadmap.channels());
+        let job = self.prepared.job(terms.cell_m, prepare);
+        let mut run = Run::limited(&own, &quiet, job, terms.most_expansions);
         run.improves = terms.improves;
         let rest = order.iter().enumerate().skip(self.chosen.len());
         let fixed = rest.map(|(index, drone)| {

@@ -306,3 +306,25 @@ fn a_way_through_a_moved_jet_meets_no_less_than_any_place_on_it() {
         }
     }
 }
+
+#[test]
+fn a_table_is_made_once_and_another_for_whatever_it_depends_on() {
+    let of = |mass_kg: f64, terms: [f64; 2], still: f64| {
+        let airframe = Airframe::preset("kolibri").expect("a preset");
+        let wake = Wake::new(&airframe, mass_kg, 1.204, &Jet::default());
+        tables::of_each(&wake, &[(&airframe.disc_points(), still)], terms).remove(0)
+    };
+    let first = of(0.5, [3.0, 0.1], 1e-5);
+    assert!(std::sync::Arc::ptr_eq(&first, &of(0.5, [3.0, 0.1], 1e-5)));
+    let others = [
+        of(0.6, [3.0, 0.1], 1e-5),
+        of(0.5, [4.0, 0.1], 1e-5),
+        of(0.5, [3.0, 0.2], 1e-5),
+        of(0.5, [3.0, 0.1], 2e-5),
+    ];
+    for other in others {
+        assert!(!std::sync::Arc::ptr_eq(&first, &other));
+    }
+    let there_m = Vector3::new(0.05, 0.0, -1.0);
+    assert!(at(&first, there_m) > 0.0);
+}

@@ -104,7 +104,7 @@ impl Steps {
     /// Tables for a fleet, and for the drone that else is in the costmap; `None` where there are
     /// zones, too many classes, or too much to tabulate.
     pub(crate) fn new(lattice: &Lattice, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
-        if costmap.has_zones() {
+        if costmap.has_air_limits_of_zones() {
             return None;
         }
         let mut classes = Vec::new();

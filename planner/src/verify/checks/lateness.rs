@@ -6,6 +6,8 @@
 //! (`Exposed`), the air of zones by halves of `d`. Bodies keep to their radii
 //! alone: what a drone may be off its path is the plan's margin, not this one.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -46,15 +48,18 @@ pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>
     let near = encounters(scene, LATEST_S);
     let on_time = encounters(scene, 0.0);
     let flights = || scene.flights.par_iter().enumerate();
+    let slices: Vec<Vec<Slice<'_>>> = (flights().zip(&on_time))
+        .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
+        .collect();
+    let unknown = |of: &Vec<Slice<'_>>| of.iter().map(|_| OnceLock::new()).collect();
     let fleet = Fleet {
         scene,
         near: &near,
+        bounds_mps: slices.iter().map(unknown).collect(),
         is_over: (flights().zip(&on_time))
             .map(|((_, flight), near)| exceeds(scene, near, flight))
             .collect(),
-        slices: (flights().zip(&on_time))
-            .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
-            .collect(),
+        slices,
     };
     let judged: Vec<(usize, Lateness)> = flights()
         .map(|(k, flight)| (flight.index, fleet.lateness(k)))
@@ -73,6 +78,8 @@ struct Fleet<'a> {
     near: &'a [Vec<Encounter>],
     /// The flight of each in slices, with those near it on time.
     slices: Vec<Vec<Slice<'a>>>,
+    /// Of each slice an upper bound of its air with all on time (m/s), once it is asked for.
+    bounds_mps: Vec<Vec<OnceLock<f64>>>,
     /// Whether each exceeds its limit of air on time.
     is_over: Vec<bool>,
 }
@@ -130,12 +137,19 @@ impl Fleet<'_> {
             let first = counts_s.partition_point(|it| it.1 <= from_s);
             counts_s.get(first).is_some_and(|it| it.0 < until_s)
         };
-        for slice in self.slices[other].iter().filter(|it| counts(it.span_s)) {
+        let slices = self.slices[other].iter().zip(&self.bounds_mps[other]);
+        for (slice, bound_mps) in slices.filter(|(it, _)| counts(it.span_s)) {
+            let behind = Emitter::new(k, 0);
+            let shift_s = (-known.late_s, 0.0);
+            let alone = part_of(slice, shift_s, Vec::new());
+            let on_time_mps = *bound_mps.get_or_init(|| slice.bound_mps());
+            if slice.exposed.bears(&alone, behind, on_time_mps) {
+                continue;
+            }
             let on_time = slice.met.iter().filter(|&&from| from != k);
             let on_time = on_time.map(|&from| Emitter::new(from, 1));
-            let behind = std::iter::once(Emitter::new(k, 0));
-            let shift_s = (-known.late_s, 0.0);
-            known.by_air(slice, behind.chain(on_time).collect(), shift_s, receiver);
+            let emitters = std::iter::once(behind).chain(on_time);
+            known.by_air(slice, emitters.collect(), shift_s, receiver);
         }
     }
 }
@@ -160,6 +174,16 @@ fn sliced<'a>(
         slice.met.shrink_to_fit();
     }
     slices
+}
+
+/// All of a slice with the first clock shifted, and the second on time.
+fn part_of(slice: &Slice<'_>, shift_s: Span, emitters: Vec<Emitter>) -> Part {
+    Part {
+        span_s: slice.span_s,
+        shifts_s: vec![shift_s, (0.0, 0.0)],
+        lags: slice.lags(),
+        emitters,
+    }
 }
 
 /// The encounters of one flight with another.
@@ -221,12 +245,7 @@ impl Lateness {
         shift_s: Span,
         receiver: &Flight,
     ) {
-        let whole = Part {
-            span_s: slice.span_s,
-            shifts_s: vec![shift_s, (0.0, 0.0)],
-            lags: slice.lags(),
-            emitters,
-        };
+        let whole = part_of(slice, shift_s, emitters);
         if let Some(least_s) = slice.exposed.least_shift_s(whole, self.late_s, FINE_S) {
             self.lower(least_s, ViolationKind::Air, &receiver.name);
         }

@@ -56,6 +56,10 @@ const PARTS_TOLD: usize = 4_000;
 /// What is not higher by this, over U_H, is not told as higher, chosen here: below the hundredths
 /// that are printed.
 const TOLD_ALPHA: f64 = 2e-3;
+/// Parts of one slice of time that are looked at for a bound, and how far it may be above what is
+/// found, over U_H: chosen here, a bound serves where the air is far below the limit.
+const PARTS_BOUNDED: usize = 1_000;
+const BOUND_ALPHA: f64 = 0.02;
 /// Parts looked at once the limit is known to be exceeded, chosen here, and how much worse a part
 /// must be to be looked at: the worst that is told is then within a few percent of it.
 const PARTS_ONCE_VIOLATED: usize = 400;
@@ -279,6 +283,12 @@ impl Slice<'_> {
         self.exposed.scene.lags()
     }
 
+    /// An upper bound of the mean air over the receiver's discs with every drone on time, at every
+    /// lag of the air (m/s).
+    pub(super) fn bound_mps(&self) -> f64 {
+        self.exposed.bound_mps(self.whole(0.0))
+    }
+
     /// All of it, every clock by itself up to a margin early or late (s).
     fn whole(&self, margin_s: f64) -> Part {
         let emitters = self.met.iter().enumerate();
@@ -452,6 +462,53 @@ impl<'a> Exposed<'a> {
         let least_open_s = open.peek().map_or(least_s, |it| f64::from_bits(it.0.0));
         let least_s = least_s.min(least_open_s);
         (least_s < below_s).then_some(least_s)
+    }
+
+    /// Whether the limit holds throughout a part, whatever else is there, of which there is at most
+    /// so much (m/s): superposed, it and a wake are no more than both together.
+    pub(super) fn bears(&self, part: &Part, emitter: Emitter, most_mps: f64) -> bool {
+        let cleared_mps = self.mean_mps(self.receiver.air_limit + CLEARED_ALPHA);
+        most_mps <= cleared_mps && most_mps + self.rough_mps(part, emitter) <= cleared_mps
+    }
+
+    /// An upper bound of the mean air over a part (m/s), by no more than [`BOUND_ALPHA`] where that
+    /// many parts are enough.
+    fn bound_mps(&self, whole: Part) -> f64 {
+        let how = self.scene.superposition;
+        let within_mps = BOUND_ALPHA * self.u_h_mps;
+        let mut found_mps = 0.0_f64;
+        let mut parts = vec![Some(whole)];
+        let mut open = BinaryHeap::from([(f64::MAX.to_bits(), 0)]);
+        for _ in 0..PARTS_BOUNDED {
+            let Some((high, index)) = open.pop() else {
+                break;
+            };
+            // Speeds are not negative: their bits are in their order.
+            if f64::from_bits(high) <= found_mps + within_mps {
+                break;
+            }
+            let Some(part) = parts[index].take() else {
+                continue;
+            };
+            let Some(window_s) = self.feasible_s(&part) else {
+                continue;
+            };
+            let rough = part.emitters.iter().map(|it| self.rough_mps(&part, *it));
+            let rough: Vec<f64> = rough.collect();
+            let passing = part.emitters.iter().map(|it| self.passing(&part, *it));
+            let passing: Vec<Vec<Passing<'a>>> = passing.collect();
+            let high_mps = superpose(how, rough.iter().copied()).min(self.high_mps(&passing));
+            found_mps = found_mps.max(self.worst_of(&part, window_s, &passing).mean_mps);
+            if high_mps <= found_mps + within_mps {
+                continue;
+            }
+            for half in self.halves(part, &rough, &passing).into_iter().flatten() {
+                open.push((high_mps.to_bits(), parts.len()));
+                parts.push(Some(half));
+            }
+        }
+        let open_mps = open.peek().map_or(0.0, |it| f64::from_bits(it.0));
+        open_mps.max(found_mps + within_mps)
     }
 
     /// Looks at a part: on bounds, then at some of its moments. What is no more than a few percent
