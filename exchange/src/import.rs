@@ -176,22 +176,30 @@ impl Beside {
 ///
 /// # Errors
 ///
-/// The first thing that is wrong, with its file and place.
-pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, ShowError> {
+/// All that is wrong, each with its file and place.
+pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, Vec<ShowError>> {
     let beside = manifest.map(Beside::of).unwrap_or_default();
     let mut show = Show::default();
     let mut kinds: Vec<Kind> = Vec::new();
     let mut nearness = Nearness::default();
+    let mut errors: Vec<ShowError> = Vec::new();
     for file in files {
-        let of_file = |error| ShowError {
-            file: file.name.clone(),
-            error,
+        let mut refuse = |error| {
+            let file = file.name.clone();
+            errors.push(ShowError { file, error });
         };
-        let kind = Kind::of(file).map_err(of_file)?;
+        let read = Kind::of(file).and_then(|kind| Ok((kind, read_file(kind, file, &beside)?)));
+        let (kind, performers) = match read {
+            Ok(read) => read,
+            Err(error) => {
+                refuse(error);
+                continue;
+            }
+        };
         if !kinds.contains(&kind) {
             kinds.push(kind);
         }
-        for performer in read_file(kind, file, &beside).map_err(of_file)? {
+        for performer in performers {
             let read::skyc::Performer {
                 name,
                 flown,
@@ -199,7 +207,8 @@ pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, ShowErr
             } = performer;
             if show.drones.iter().any(|it| it.name == name) {
                 let what = format!("a second drone `{name}`");
-                return Err(of_file(ReadError::within("the show", what)));
+                refuse(ReadError::within("the show", what));
+                continue;
             }
             if let Some(lights) = lights {
                 show.lights.insert(name.clone(), lights);
@@ -207,6 +216,9 @@ pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, ShowErr
             let trajectory = trajectory(&flown, &mut nearness);
             show.drones.push(Intended { name, trajectory });
         }
+    }
+    if !errors.is_empty() {
+        return Err(errors);
     }
     let kinds: Vec<&str> = kinds.into_iter().map(Kind::as_str).collect();
     show.remarks

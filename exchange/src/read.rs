@@ -10,6 +10,7 @@ pub mod skybrush_csv;
 pub mod skyc;
 pub mod uav_trajectory;
 
+use planner::scenario::RowFaults;
 use thiserror::Error;
 
 /// Why bytes are not what they should be.
@@ -23,6 +24,9 @@ pub enum ReadError {
         /// What is wrong.
         what: String,
     },
+    /// In rows of a table.
+    #[error(transparent)]
+    Rows(#[from] RowFaults),
     /// At a byte, counted from 0.
     #[error("byte {at}: {what}")]
     Byte {
@@ -58,14 +62,23 @@ impl ReadError {
     }
 }
 
-/// The rows of a table of numbers below its first line: their lines, and as many values as columns.
-fn rows(text: &str, columns: usize) -> Result<Vec<(u64, Vec<f64>)>, ReadError> {
+/// A table of numbers below its first line.
+struct Table {
+    /// Their lines, and as many values as columns.
+    rows: Vec<(u64, Vec<f64>)>,
+    /// Of rows that are left out.
+    faults: RowFaults,
+}
+
+/// The rows of a table of numbers, with so many columns.
+fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(true)
         .flexible(true)
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let mut rows = Vec::new();
+    let mut faults = RowFaults::default();
     for record in reader.records() {
         let record = record.map_err(|error| {
             let line = error.position().map_or(0, csv::Position::line);
@@ -74,20 +87,25 @@ fn rows(text: &str, columns: usize) -> Result<Vec<(u64, Vec<f64>)>, ReadError> {
         let line = record.position().map_or(0, csv::Position::line);
         if record.len() != columns {
             let what = format!("{} columns, {columns} expected", record.len());
-            return Err(ReadError::line(line, what));
+            faults.add(line, what);
+            continue;
         }
-        let number = |(column, cell): (usize, &str)| match cell.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => {
-                let what = format!("column {}: `{cell}` is no finite number", column + 1);
-                Err(ReadError::line(line, what))
+        let mut row = Vec::with_capacity(columns);
+        for (column, cell) in record.iter().enumerate() {
+            match cell.parse::<f64>().ok().filter(|value| value.is_finite()) {
+                Some(value) => row.push(value),
+                None => {
+                    let what = format!("column {}: `{cell}` is no finite number", column + 1);
+                    faults.add(line, what);
+                }
             }
-        };
-        let values: Result<Vec<f64>, ReadError> = record.iter().enumerate().map(number).collect();
-        rows.push((line, values?));
+        }
+        if row.len() == columns {
+            rows.push((line, row));
+        }
     }
-    if rows.is_empty() {
+    if rows.is_empty() && faults.is_empty() {
         return Err(ReadError::line(2, "no rows below the header"));
     }
-    Ok(rows)
+    Ok(Table { rows, faults })
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use exchange::import::{self, Show};
+use exchange::import::{self, Show, ShowError};
 use exchange::lights::Lights;
 use planner::Files;
 use planner::plan::file::{self, PlanFile};
@@ -133,10 +133,14 @@ impl Source {
             })
         };
         let files: Result<Vec<exchange::File>, Failure> = paths.iter().map(read).collect();
-        let show = import::read_show(&files?, manifest.as_deref()).map_err(|error| {
-            let named = |it: &&PathBuf| it.file_name().is_some_and(|it| *it == *error.file);
-            let path = paths.iter().find(named).map_or(path, PathBuf::as_path);
-            not_a_plan(path, error.error.to_string())
+        let show = import::read_show(&files?, manifest.as_deref()).map_err(|errors| {
+            if let [ShowError { file, error }] = &errors[..] {
+                let named = |it: &&PathBuf| it.file_name().is_some_and(|it| *it == **file);
+                let path = paths.iter().find(named).map_or(path, PathBuf::as_path);
+                return not_a_plan(path, error.to_string());
+            }
+            let told: Vec<String> = errors.iter().map(ShowError::to_string).collect();
+            not_a_plan(path, told.join("\n  "))
         })?;
         let Show {
             drones,

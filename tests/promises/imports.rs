@@ -346,6 +346,10 @@ fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
     put("columns.csv", b"time,px,py,pz\n0,1,2,3\n");
     put("short.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n1,1,2\n");
     put(
+        "many.csv",
+        b"t_s,x_m,y_m,z_m\n0,1,2,3\n1,one,2,3\n2,1,2\n3,1,2\n",
+    );
+    put(
         "back.csv",
         b"Time_msec,X_m,Y_m,Z_m\n0,1,2,3\n500,1,2,3\n400,1,2,3\n",
     );
@@ -372,6 +376,10 @@ fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
             "columns.csv: not a plan: line 1: no table that is known begins `time,px,py,pz`",
         ),
         ("short.csv", "line 3: 3 columns, 4 expected"),
+        (
+            "many.csv",
+            "line 3: column 2: `one` is no finite number lines 4, 5: 3 columns, 4 expected",
+        ),
         ("back.csv", "line 4: time does not go on"),
         ("poly.csv", "line 2: 2 columns, 33 expected"),
         (
@@ -382,7 +390,10 @@ fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
             "enu.csv",
             "`enu` is at z = -3.00 m at 2.00 s, below the floor (z = 0 m); z_m counts up and d_m down: columns of the other kind",
         ),
-        ("short.csv columns.csv", "short.csv"),
+        (
+            "short.csv columns.csv",
+            "short.csv: line 3: 3 columns, 4 expected columns.csv: line 1: no table",
+        ),
         ("enu.csv ./enu.csv", "a second drone `enu`"),
         (".", "dark.skyc"),
     ] {

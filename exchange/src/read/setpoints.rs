@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ReadError, rows};
+use super::{ReadError, Table, table};
 use crate::flown::Flown;
 use crate::frame::{Axes, Frame};
 
@@ -28,25 +28,26 @@ pub fn axes(text: &str) -> Result<Axes, ReadError> {
 ///
 /// # Errors
 ///
-/// The first thing that is wrong, at its line.
+/// All that is wrong, each at its line.
 pub fn read(text: &str, heading_deg: f64, from_m: Point3<f64>) -> Result<Flown, ReadError> {
     let frame = Frame {
         axes: axes(text)?,
         heading_deg,
     };
     let header = text.lines().next().unwrap_or_default();
-    let rows = rows(text, header.split(',').count())?;
+    let Table { rows, mut faults } = table(text, header.split(',').count())?;
     let mut points: Vec<(f64, Point3<f64>)> = Vec::with_capacity(rows.len());
     for (line, row) in rows {
         if points
             .last()
             .is_some_and(|(before_s, _)| row[0] <= *before_s)
         {
-            let what = format!("time does not go on: t_s is {}", row[0]);
-            return Err(ReadError::line(line, what));
+            faults.add(line, format!("time does not go on: t_s is {}", row[0]));
+            continue;
         }
         let seen_m = Vector3::new(row[1], row[2], row[3]);
         points.push((row[0], from_m + frame.to_world(seen_m)));
     }
+    faults.or(())?;
     Ok(Flown::through_any(points))
 }

@@ -3,7 +3,7 @@
 
 use nalgebra::Point3;
 
-use super::{ReadError, rows};
+use super::{ReadError, Table, table};
 use crate::flown::Flown;
 
 /// Whether a first line is that of such a table: its first cell alone says so, as Studio's own
@@ -19,7 +19,7 @@ pub fn is_header(line: &str) -> bool {
 ///
 /// # Errors
 ///
-/// The first thing that is wrong, at its line.
+/// All that is wrong, each at its line.
 pub fn read(text: &str) -> Result<Flown, ReadError> {
     let columns = text.lines().next().unwrap_or_default().split(',').count();
     if columns < 4 {
@@ -27,13 +27,15 @@ pub fn read(text: &str) -> Result<Flown, ReadError> {
         return Err(ReadError::line(1, what));
     }
     let mut points: Vec<(f64, Point3<f64>)> = Vec::new();
-    for (line, row) in rows(text, columns)? {
+    let Table { rows, mut faults } = table(text, columns)?;
+    for (line, row) in rows {
         let t_s = row[0] / 1000.0;
         if points.last().is_some_and(|(before_s, _)| t_s <= *before_s) {
-            let what = format!("time does not go on: {} ms", row[0]);
-            return Err(ReadError::line(line, what));
+            faults.add(line, format!("time does not go on: {} ms", row[0]));
+            continue;
         }
         points.push((t_s, Point3::new(row[1], row[2], row[3])));
     }
+    faults.or(())?;
     Ok(Flown::through_any(points))
 }

@@ -1,6 +1,6 @@
 //! Piecewise polynomials of `uav_trajectories` and Crazyswarm2: a row a piece, 33 columns.
 
-use super::{ReadError, rows};
+use super::{ReadError, Table, table};
 use crate::flown::{Flown, Span};
 
 /// Duration and eight coefficients each of x, y, z and yaw.
@@ -10,15 +10,16 @@ const COLUMNS: usize = 33;
 ///
 /// # Errors
 ///
-/// The first thing that is wrong, at its line.
+/// All that is wrong, each at its line.
 pub fn read(text: &str) -> Result<Flown, ReadError> {
     let mut flown = Flown::default();
     let mut now_s = 0.0;
-    for (line, row) in rows(text, COLUMNS)? {
+    let Table { rows, mut faults } = table(text, COLUMNS)?;
+    for (line, row) in rows {
         let duration_s = row[0];
         if duration_s <= 0.0 {
-            let what = format!("a piece of {duration_s} s");
-            return Err(ReadError::line(line, what));
+            faults.add(line, format!("a piece of {duration_s} s"));
+            continue;
         }
         let axis = |k: usize| row[1 + 8 * k..][..8].to_vec();
         flown.spans.push(Span {
@@ -28,5 +29,5 @@ pub fn read(text: &str) -> Result<Flown, ReadError> {
         });
         now_s += duration_s;
     }
-    Ok(flown)
+    Ok(faults.or(flown)?)
 }

@@ -19,6 +19,7 @@ use super::fleet::{Members, as_plan, read_fleet, without_limits};
 use super::limits::{MASS_KG, PLACE_M};
 use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
+use super::row_faults::RowFaults;
 use super::solid::Solids;
 use crate::plan::file::PlanFile;
 use crate::plan::{AtEnd, AtStart, DronePlan, TrajectoryEntry};
@@ -46,14 +47,9 @@ const COLUMNS: [&str; 5] = ["t_s", "drone", "x_m", "y_m", "z_m"];
 /// Why samples make no plan.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum FlownError {
-    /// A row of the table.
-    #[error("line {line}: {what}")]
-    Row {
-        /// From 1.
-        line: u64,
-        /// What is wrong with it.
-        what: String,
-    },
+    /// Rows of the table.
+    #[error(transparent)]
+    Rows(#[from] RowFaults),
     /// Columns that are not there.
     #[error("the table needs the columns t_s, drone, x_m, y_m, z_m; it lacks {0}")]
     Columns(String),
@@ -96,7 +92,7 @@ pub struct Sample {
 ///
 /// # Errors
 ///
-/// The first row that is wrong, with its line.
+/// All rows that are wrong, with their lines.
 pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
     let mut reader = csv::ReaderBuilder::new();
     let reader = reader
@@ -104,11 +100,15 @@ pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
         .comment(Some(b'#'))
         .flexible(false);
     let mut reader = reader.from_reader(text.as_bytes());
-    let of_csv = |error: csv::Error| FlownError::Row {
-        line: error.position().map_or(1, csv::Position::line),
-        what: error.to_string(),
+    let line_of = |error: &csv::Error| error.position().map_or(1, csv::Position::line);
+    let mut faults = RowFaults::default();
+    let headings = match reader.headers() {
+        Ok(headings) => headings.clone(),
+        Err(error) => {
+            faults.add(line_of(&error), of_csv(&error));
+            return Err(faults.into());
+        }
     };
-    let headings = reader.headers().map_err(of_csv)?.clone();
     let column = |name: &str| headings.iter().position(|it| it.eq_ignore_ascii_case(name));
     let lacks = COLUMNS.iter().filter(|name| column(name).is_none());
     let lacks: Vec<&str> = lacks.copied().collect();
@@ -118,54 +118,69 @@ pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
     let mass = column("mass_kg");
     let mut samples = Samples::default();
     for row in reader.records() {
-        let row = row.map_err(of_csv)?;
+        let row = match row {
+            Ok(row) => row,
+            Err(error) => {
+                faults.add(line_of(&error), of_csv(&error));
+                continue;
+            }
+        };
         let line = row.position().map_or(0, csv::Position::line);
-        let wrong = |what: String| FlownError::Row { line, what };
-        let number = |column: usize, name: &str, (low, high): (f64, f64)| {
+        let mut number = |column: usize, name: &str, (low, high): (f64, f64)| {
             let text = row.get(column).unwrap_or_default();
-            let number = text
-                .parse::<f64>()
-                .ok()
-                .filter(|it| (low..=high).contains(it));
-            number.ok_or_else(|| {
-                wrong(format!(
-                    "`{name}` is `{text}`: not a number from {low} to {high}"
-                ))
-            })
+            let number = text.parse::<f64>().ok();
+            let number = number.filter(|it| (low..=high).contains(it));
+            if number.is_none() {
+                let what = format!("`{name}` is `{text}`: not a number from {low} to {high}");
+                faults.add(line, what);
+            }
+            number
         };
         let place = (PLACE_M.low, PLACE_M.high);
-        let position_m = Point3::new(
-            number(x, "x_m", place)?,
-            number(y, "y_m", place)?,
-            number(z, "z_m", place)?,
-        );
+        let t_s = number(t, "t_s", (-LATEST_S, LATEST_S));
+        let [x, y, z] =
+            [(x, "x_m"), (y, "y_m"), (z, "z_m")].map(|(column, name)| number(column, name, place));
         let mass_kg = match mass.map(|column| (column, row.get(column).unwrap_or_default())) {
             Some((column, text)) if !text.is_empty() => {
-                Some(number(column, "mass_kg", (MASS_KG.low, MASS_KG.high))?)
+                let known = number(column, "mass_kg", (MASS_KG.low, MASS_KG.high));
+                known.map(Some)
             }
-            _ => None,
-        };
-        let sample = Sample {
-            t_s: number(t, "t_s", (-LATEST_S, LATEST_S))?,
-            position_m,
-            mass_kg,
+            _ => Some(None),
         };
         let name = row.get(drone).unwrap_or_default();
         if name.is_empty() {
-            return Err(wrong("`drone` is empty".to_owned()));
+            faults.add(line, "`drone` is empty");
+            continue;
         }
+        let (Some(t_s), Some(x), Some(y), Some(z), Some(mass_kg)) = (t_s, x, y, z, mass_kg) else {
+            continue;
+        };
         let known = samples.of.entry(name.to_owned()).or_default();
-        if let Some(last) = known.last().filter(|last| last.t_s >= sample.t_s) {
-            let (t_s, last_s) = (sample.t_s, last.t_s);
-            return Err(wrong(format!(
-                "`{name}` is at {t_s} s after it was at {last_s} s"
-            )));
+        if let Some(Sample { t_s: last_s, .. }) = known.last().filter(|last| last.t_s >= t_s) {
+            let what = format!("`{name}` is at {t_s} s after it was at {last_s} s");
+            faults.add(line, what);
+            continue;
         }
-        known.push(sample);
+        known.push(Sample {
+            t_s,
+            position_m: Point3::new(x, y, z),
+            mass_kg,
+        });
     }
+    let samples = faults.or(samples)?;
     match samples.of.is_empty() {
         true => Err(FlownError::Empty),
         false => Ok(samples),
+    }
+}
+
+/// What the reader of tables finds wrong with a row.
+fn of_csv(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => format!("{len} columns, {expected_len} expected"),
+        _ => error.to_string(),
     }
 }
 

@@ -37,6 +37,7 @@ mod mesh;
 mod places;
 mod problem;
 mod read;
+mod row_faults;
 mod schema;
 mod source;
 mod tokens;
@@ -48,6 +49,7 @@ pub use flown::{FlownError, Samples, read_samples, samples_as_plan};
 pub use intended::{Intended, IntendedError, intended_as_plan};
 pub use placement::{Misfit, Misplaced, Spot};
 pub use problem::{Cited, Problem, Problems};
+pub use row_faults::RowFaults;
 pub use schema::schema;
 pub use source::with_setting;
 

@@ -378,6 +378,15 @@ fn what_is_wrong_with_a_log_is_told_with_its_line() {
         "{}",
         told(rows, FLEET)
     );
+    let several = "t_s,drone,x_m,y_m,z_m\n0,a,1,x,y\n1,a,1,1\n2,a,1,x,1\n";
+    let told_all = told(several, FLEET);
+    for what in [
+        "lines 2, 4: `y_m` is `x`",
+        "line 2: `z_m` is `y`",
+        "line 3: 4 columns, 5 expected",
+    ] {
+        assert!(told_all.contains(what), "{told_all}");
+    }
     let back = "t_s,drone,x_m,y_m,z_m\n1,a,1,1,1\n0.5,a,1,1,1\n";
     assert!(told(back, FLEET).starts_with("line 3: `a` is at 0.5 s"));
     let good = "t_s,drone,x_m,y_m,z_m\n0,a,1,1,1\n1,a,1,1,1\n";
