@@ -47,6 +47,14 @@ pub enum FailureCause {
 }
 
 impl FailureCause {
+    /// A goal (m) of a drone with which it says that there is a plan, if it says so.
+    pub(crate) fn goal_m(&self, of: &str) -> Option<Point3<f64>> {
+        match self {
+            FailureCause::GoalConflict(Some(it)) if it.drone == of => it.nearest_fix_m,
+            _ => None,
+        }
+    }
+
     /// The same for programs, of a drone by its name.
     pub fn data(&self, drone: &str) -> UnplannedCause {
         let bare = |kind: &str| UnplannedCause {

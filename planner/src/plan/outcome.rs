@@ -144,7 +144,8 @@ pub struct EndpointConflict {
     pub when: EndpointKind,
     /// How they exclude one another.
     pub why: Exclusion,
-    /// A place for `drone` near its endpoint where this pair is in order, if there is one near.
+    /// A place for `drone` near its endpoint where this pair is in order, if there is one near; of
+    /// goals one with which a drone was planned that is left out for it.
     pub nearest_fix_m: Option<Point3<f64>>,
 }
 

@@ -62,6 +62,14 @@ impl Exclusions {
         })
     }
 
+    /// Proposes for goals only those places (m) with which there was a plan, by drone.
+    pub(crate) fn confirm_goals(&mut self, planned_m: impl Fn(usize) -> Option<Point3<f64>>) {
+        let of_goals = |it: &&mut EndpointConflict| it.when == EndpointKind::Goals;
+        for conflict in self.conflicts.worst.iter_mut().filter(of_goals) {
+            conflict.nearest_fix_m = planned_m(conflict.drone);
+        }
+    }
+
     /// Leaves of the tracking margins only one, the least, where the fleet `is_planned` with it.
     pub(crate) fn confirm_tracking(&mut self, is_planned: impl Fn(f64) -> bool) {
         let least_m = self.bearable_m().filter_map(|it| *it).reduce(f64::min);

@@ -143,10 +143,11 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
             FailureKind::EndpointConflict => {
                 fixes_left -= 1;
                 let mut conflict = goal_conflict(world, endpoints, drone);
-                if let Some(conflict) = &mut conflict
-                    && !(fixes_left >= 0 && refusals.is_fixed(conflict, drone))
-                {
-                    conflict.nearest_fix_m = None;
+                if let Some(conflict) = &mut conflict {
+                    conflict.nearest_fix_m = match fixes_left >= 0 {
+                        true => refusals.fix_m(conflict, drone),
+                        false => None,
+                    };
                 }
                 FailureCause::GoalConflict(conflict)
             }
@@ -474,18 +475,29 @@ impl Refusals<'_> {
         })
     }
 
-    /// Whether a drone is planned with the goal that a conflict proposes.
-    fn is_fixed(&self, conflict: &GoalConflict, drone: DroneId) -> bool {
-        let Some(fix_m) = conflict.nearest_fix_m else {
-            return false;
+    /// A goal (m) for the drone that a conflict would have moved, with which another is planned, or
+    /// it itself: the one that the conflict proposes, or of itself one beside or above.
+    fn fix_m(&self, conflict: &GoalConflict, drone: DroneId) -> Option<Point3<f64>> {
+        let is_planned = |fix_m: &Point3<f64>| {
+            let mut changed = self.world.clone();
+            let moved = changed.drones.iter_mut();
+            let moved = moved.filter(|it| it.name == conflict.drone);
+            for task in moved.filter_map(|it| it.tasks.last_mut()) {
+                task.to_m = *fix_m;
+            }
+            self.would_plan(&changed, &[drone])
         };
-        let mut changed = self.world.clone();
-        let moved = changed.drones.iter_mut();
-        let moved = moved.filter(|it| it.name == conflict.drone);
-        for task in moved.filter_map(|it| it.tasks.last_mut()) {
-            task.to_m = fix_m;
-        }
-        self.would_plan(&changed, &[drone])
+        let elsewhere = || {
+            let own = &self.world.drones[drone.0 as usize];
+            let last = own.tasks.len().checked_sub(1)?;
+            let goal_m = own.tasks[last].to_m;
+            let places_m = aside_m(goal_m).chain(above_m(goal_m));
+            let moved = (own.name == conflict.drone)
+                .then(|| self.planned_at(drone, last, places_m))
+                .flatten();
+            Some(moved?.to_m)
+        };
+        conflict.nearest_fix_m.filter(is_planned).or_else(elsewhere)
     }
 
     /// States of the next plan that only shows whether something would help; `None`: enough was

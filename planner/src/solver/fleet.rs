@@ -69,6 +69,11 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         effort: RefCell::default(),
     });
 
+    run.endpoints.confirm_goals(|drone| {
+        let name = &world.drones[drone].name;
+        failures.iter().find_map(|it| it.cause.goal_m(name))
+    });
+
     (control.progress)(Progress::Verifying);
     let plan = assemble(world, &run.job, &paths);
     let report = verify(&plan);

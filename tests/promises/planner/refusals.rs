@@ -272,6 +272,32 @@ fn a_drone_whose_downwash_is_too_strong_at_its_task_is_told_a_place_with_which_i
 }
 
 #[test]
+fn a_goal_above_a_zone_is_moved_to_where_it_is_planned_or_not_at_all() {
+    let mut world = room(
+        [12.0, 12.0, 8.0],
+        vec![drone("b", "offboard-2", [1.0, 3.0, 4.0], [9.0, 5.0, 5.0])],
+    );
+    world.drones[0].tasks.insert(0, task([3.0, 9.0, 4.0], 0.0));
+    world.zones.push(Zone {
+        name: "desk".to_owned(),
+        min_m: Point3::new(8.0, 4.0, 0.0),
+        max_m: Point3::new(10.0, 6.0, 1.5),
+        air_limit_mps: Some(1.0),
+        keep_out: false,
+    });
+    let planned = answered(&world);
+    let FailureCause::GoalConflict(Some(conflict)) = &planned.failures[0].cause else {
+        panic!("{:?}", planned.failures);
+    };
+    let told = &planned.conflicts.worst[0];
+    assert_eq!(told.nearest_fix_m, conflict.nearest_fix_m);
+    let there_m = told.nearest_fix_m.expect("a place for it");
+    world.drones[0].tasks[1].to_m = there_m;
+    let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+    assert!(matches!(outcome, Outcome::Safe(_)), "{there_m}");
+}
+
+#[test]
 fn a_tracking_margin_that_a_spacing_cannot_hold_is_named_with_one_that_is_planned() {
     let grid = |k: usize| [0.25 * (k % 3) as f64, 0.25 * (k / 3) as f64, 0.0];
     let drones = (0..9).map(|k| {

@@ -101,8 +101,8 @@ pub(crate) struct Pace {
 }
 
 impl Steps {
-    /// Tables for a fleet, and for the drone that else is in the costmap; `None` where there are
-    /// zones, too many classes, or too much to tabulate.
+    /// Tables for a fleet, and for the drone that else is in the costmap; `None` where zones limit
+    /// the air, where there are too many classes, or too much to tabulate.
     pub(crate) fn new(lattice: &Lattice, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
         if costmap.has_air_limits_of_zones() {
             return None;
