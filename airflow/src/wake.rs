@@ -172,8 +172,8 @@ impl Wake {
         self.shape.is_some()
     }
 
-    /// Whether both are one hover jet: of the same airframe at the same mass in the same air, without
-    /// more than that.
+    /// Whether both are one hover jet: of the same airframe at the same mass in the same air, and
+    /// nothing but that.
     #[must_use]
     pub fn is_same_hover_jet(&self, other: &Wake) -> bool {
         let of = |it: &Wake| (it.shared.density_kg_per_m3, it.shared.jet);

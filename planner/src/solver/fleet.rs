@@ -125,6 +125,7 @@ pub(crate) fn by_open_rules<'a>(
     for (index, &world) in worlds.iter().enumerate() {
         let next = worlds.get(index + 1);
         let rules = match (index, next) {
+            (0, None) => Rules::Only,
             (_, None) => Rules::Last,
             (0, _) => Rules::First,
             _ => Rules::Between,
@@ -182,12 +183,18 @@ pub(crate) fn by_open_rules<'a>(
 /// Where the rules of a world come among those that are tried in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rules {
+    /// There are no others.
+    Only,
     /// Others follow.
     First,
     Between,
-    /// Those that are kept to whatever they cost, be they the only ones.
+    /// Those that are kept to whatever they cost, where others were tried before.
     Last,
 }
+
+/// How often cells are halved by the last rules, where those before were tried on finer ones:
+/// chosen here.
+const MOST_HALVINGS_LAST: u32 = 1;
 
 /// Paths by the rules of one world; why they are given up, and what that took, unless they are the
 /// last. What lies between is tried within a budget of states, and what it would refuse is not
@@ -199,15 +206,19 @@ fn by_rules<'a>(
     solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
     let mut run = Run::new(world, control)?;
-    if rules != Rules::Last {
+    if matches!(rules, Rules::First | Rules::Between) {
         let is_first = rules == Rules::First;
         if let Some(why) = Why::before(world, &run.job) {
             return Ok(Err((why, run.effort)));
         }
         run.most_expansions = most_states(world, is_first);
         run.is_tried = run.most_expansions.is_some();
-        run.retries = is_first;
     }
+    run.halvings = match rules {
+        Rules::Only | Rules::First => Some(u32::MAX),
+        Rules::Between => None,
+        Rules::Last => Some(MOST_HALVINGS_LAST),
+    };
     Ok(match solve(&mut run) {
         Some((paths, tried)) => Ok(Solved {
             run,
@@ -256,7 +267,7 @@ pub(crate) fn tried(
     let control = control.trying();
     let mut run = Run::new(world, &control).ok()?;
     run.most_expansions = Some(most_expansions);
-    (run.improves, run.retries) = (false, false);
+    (run.improves, run.halvings) = (false, None);
     let solved = run.solve();
     effort.add(&run.effort);
     solved.map(|(paths, _)| paths)
@@ -285,8 +296,9 @@ pub(crate) struct Run<'a> {
     pub(crate) improves: bool,
     /// See [`FleetProblem::is_tried`].
     is_tried: bool,
-    /// Whether what would be refused is planned again, on finer cells and beyond the lattice.
-    retries: bool,
+    /// What would be refused is planned again, on cells halved so often at most and beyond the
+    /// lattice; `None`: it is not.
+    halvings: Option<u32>,
 }
 
 impl<'a> Run<'a> {
@@ -310,7 +322,7 @@ impl<'a> Run<'a> {
             most_expansions: None,
             improves: true,
             is_tried: false,
-            retries: true,
+            halvings: Some(u32::MAX),
         })
     }
 
@@ -331,7 +343,7 @@ impl<'a> Run<'a> {
             most_expansions: Some(most_expansions),
             improves: true,
             is_tried: false,
-            retries: false,
+            halvings: None,
         }
     }
 
@@ -340,16 +352,16 @@ impl<'a> Run<'a> {
     pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
         let costmap = self.job.costmap(self.world, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
-        if !self.retries {
+        let Some(most_halvings) = self.halvings else {
             return Some((paths, Vec::new()));
-        }
+        };
         let (world, control) = (self.world, self.control);
         let paths = planned_finer(world, &mut self.job, paths, control, &mut self.effort);
         Some(tried_again(
             world,
             &mut self.job,
             paths,
-            control,
+            (control, most_halvings),
             &mut self.effort,
         ))
     }

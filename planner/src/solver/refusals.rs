@@ -79,12 +79,13 @@ pub(crate) struct Retried {
     pub(crate) extent: Extent,
 }
 
-/// Plans again what would be refused; what was tried, group by group.
+/// Plans again what would be refused, on cells halved so often at most; what was tried, group by
+/// group.
 pub(crate) fn tried_again(
     world: &World,
     job: &mut Job,
     mut paths: Paths,
-    control: &Control<'_>,
+    (control, most_halvings): (&Control<'_>, u32),
     effort: &mut Effort,
 ) -> (Paths, Vec<Retried>) {
     let mut tried: Vec<Retried> = Vec::new();
@@ -100,6 +101,7 @@ pub(crate) fn tried_again(
             control,
             drones: &drones,
             attempts: &WHOLE,
+            most_halvings,
         };
         let extent = whole.planned_again(job, &mut paths, effort);
         tried.push(Retried { drones, extent });
@@ -110,6 +112,7 @@ pub(crate) fn tried_again(
             control,
             drones: &drones,
             attempts: &GROUP,
+            most_halvings,
         };
         let extent = group.planned_again(job, &mut paths, effort);
         tried.push(Retried { drones, extent });
@@ -267,6 +270,8 @@ struct Refused<'a> {
     drones: &'a [DroneId],
     /// What is tried in turn.
     attempts: &'a [(u32, [f64; 2])],
+    /// Cells are halved so often at most.
+    most_halvings: u32,
 }
 
 impl Refused<'_> {
@@ -283,7 +288,8 @@ impl Refused<'_> {
             };
         let mut judged = 0;
         let prepared = Prepared::default();
-        for &(times, raised) in self.attempts {
+        let attempts = self.attempts.iter();
+        for &(times, raised) in attempts.filter(|(times, _)| *times <= self.most_halvings) {
             let Some(cell_m) = halved_cells_m(self.world, times) else {
                 continue;
             };
