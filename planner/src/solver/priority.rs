@@ -218,14 +218,18 @@ impl FleetProblem<'_> {
             let is_smooth = self.job.agents.iter().any(|it| it.smoothing.is_some());
             let smooth = if is_smooth { SMOOTH_STATES } else { 1 };
             let lingers = self.costmap.lingers() > 0;
-            let late = match lingers && !self.is_dear() {
-                true => LATE_STATES,
-                false => 1,
+            let is_small = self.job.agents.len() <= MOST_SMALL;
+            let (late, untabulated) = match lingers {
+                true if self.is_dear() => (1, UNTABULATED_LATE_STATES * UNTABULATED_STATES),
+                true => (LATE_STATES, 1),
+                // A small fleet's states are those of its hardest cases.
+                false if is_small => (1, UNTABULATED_LATE_STATES * UNTABULATED_STATES),
+                false => (1, UNTABULATED_STATES),
             };
             let most = smooth * late * most;
             let share = match self.is_dear() {
-                true if order > 0 => UNTABULATED_STATES * UNTABULATED_LATE_STATES,
-                true => UNTABULATED_STATES,
+                true if order > 0 => untabulated,
+                true => untabulated / 4,
                 false => 1,
             };
             let most = most.max(FEWEST_EXPANSIONS) / share;
