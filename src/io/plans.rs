@@ -18,6 +18,10 @@ use super::failure::Failure;
 use super::files::{self, MOST_SCENARIO_BYTES};
 use super::problems;
 
+/// Files of a show of which it is told what is wrong with them; the others are counted. Chosen
+/// here, what one reads.
+const MOST_FILES_TOLD: usize = 20;
+
 /// What a command is asked about: a plan, or what can be judged as one.
 #[derive(Args)]
 pub(crate) struct Source {
@@ -139,7 +143,11 @@ impl Source {
                 let path = paths.iter().find(named).map_or(path, PathBuf::as_path);
                 return not_a_plan(path, error.to_string());
             }
-            let told: Vec<String> = errors.iter().map(ShowError::to_string).collect();
+            let told = errors.iter().take(MOST_FILES_TOLD);
+            let mut told: Vec<String> = told.map(ShowError::to_string).collect();
+            if errors.len() > MOST_FILES_TOLD {
+                told.push(format!("and {} more", errors.len() - MOST_FILES_TOLD));
+            }
             not_a_plan(path, told.join("\n  "))
         })?;
         let Show {
