@@ -121,12 +121,13 @@ pub(crate) fn by_open_rules<'a>(
     let mut covered = None;
     let mut notes = Vec::new();
     let mut effort = Effort::default();
+    let mut is_tried_finer = false;
     let worlds: Vec<&World> = std::iter::once(world).chain(weaker).collect();
     for (index, &world) in worlds.iter().enumerate() {
         let next = worlds.get(index + 1);
         let rules = match (index, next) {
-            (0, None) => Rules::Only,
-            (_, None) => Rules::Last,
+            (_, None) if is_tried_finer => Rules::Last(MOST_HALVINGS_LAST),
+            (_, None) => Rules::Last(u32::MAX),
             (0, _) => Rules::First,
             _ => Rules::Between,
         };
@@ -140,6 +141,7 @@ pub(crate) fn by_open_rules<'a>(
                 let unplanned = solved.unplanned();
                 let fewest = best.as_ref().map(Solved::unplanned);
                 effort.add(&solved.run.effort);
+                is_tried_finer |= rules == Rules::First;
                 if fewest.is_none_or(|fewest| unplanned < fewest) {
                     solved.notes = notes.clone();
                     best = Some(solved);
@@ -183,17 +185,16 @@ pub(crate) fn by_open_rules<'a>(
 /// Where the rules of a world come among those that are tried in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rules {
-    /// There are no others.
-    Only,
     /// Others follow.
     First,
     Between,
-    /// Those that are kept to whatever they cost, where others were tried before.
-    Last,
+    /// Those that are kept to whatever they cost, be they the only ones; cells are halved so often
+    /// at most.
+    Last(u32),
 }
 
-/// How often cells are halved by the last rules, where those before were tried on finer ones:
-/// chosen here.
+/// How often cells are halved by the last rules, where the first were tried on finer ones: chosen
+/// here.
 const MOST_HALVINGS_LAST: u32 = 1;
 
 /// Paths by the rules of one world; why they are given up, and what that took, unless they are the
@@ -215,9 +216,9 @@ fn by_rules<'a>(
         run.is_tried = run.most_expansions.is_some();
     }
     run.halvings = match rules {
-        Rules::Only | Rules::First => Some(u32::MAX),
+        Rules::First => Some(u32::MAX),
         Rules::Between => None,
-        Rules::Last => Some(MOST_HALVINGS_LAST),
+        Rules::Last(most) => Some(most),
     };
     Ok(match solve(&mut run) {
         Some((paths, tried)) => Ok(Solved {
