@@ -221,13 +221,16 @@ impl Effects {
     /// Air (m/s, world) that moves without any jet, and the speed (m/s) without direction beside
     /// it.
     #[must_use]
+    #[inline]
     pub fn background_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
         let [x, y] = self
             .crossflow
             .map_or([0.0; 2], |crossflow| crossflow.wind_mps);
-        let (rising_mps, level_mps) = self.recirculation.map_or((Vector3::zeros(), 0.0), |room| {
-            room.return_flow_mps(since_takeoff_s)
-        });
-        (Vector3::new(x, y, 0.0) + rising_mps, level_mps)
+        let wind_mps = Vector3::new(x, y, 0.0);
+        let Some(room) = &self.recirculation else {
+            return (wind_mps, 0.0);
+        };
+        let (rising_mps, level_mps) = room.return_flow_mps(since_takeoff_s);
+        (wind_mps + rising_mps, level_mps)
     }
 }

@@ -181,7 +181,7 @@ impl Shape {
             0.0 => place_m,
             _ => self.fastest_near(wake, place_m, astray_m),
         };
-        let radius_m = place_m.x.hypot(place_m.y);
+        let radius_m = place_m.xy().norm();
         let plain_mps = wake.plain_velocity_mps(place_m);
         let axial_mps = section.speed * self.profile_mps(wake, place_m, radius_m, -plain_mps.z);
         let entrained = self
@@ -210,7 +210,7 @@ impl Shape {
     /// the same depth: the nearest to the axis, or one between it and the farthest where the
     /// profile has a hump, at any bearing.
     fn fastest_near(&self, wake: &Wake, place_m: Vector3<f64>, away_m: f64) -> Vector3<f64> {
-        let (radius_m, depth_m) = (place_m.x.hypot(place_m.y), -place_m.z);
+        let (radius_m, depth_m) = (place_m.xy().norm(), -place_m.z);
         let nearest_m = (radius_m - away_m).max(0.0);
         let is_near = depth_m < wake.near_field_depth_m();
         // The four rotors are fastest on the diagonals.

@@ -10,7 +10,6 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::forward::flow::{Flow, Sighting};
-use crate::forward::hypothesis::Sensor;
 use crate::record::recording::{Measures, ProbeSample, Probes};
 
 /// Steps of the low-pass in the latest time constant. Chosen here: the air is taken as linear
@@ -47,91 +46,91 @@ fn magnitude_mps(flow: &Flow, measures: Measures, t_s: f64, velocity_mps: Vector
     square.sqrt() - subtracted_mps
 }
 
-/// Some rows of one probe, in the order of time, with where the drones are seen from each.
+/// Some rows of one probe, in the order of time: what was worked out once for all that is supposed.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
-    /// Of every row every vehicle with a wake; empty before they are looked for.
+    /// Through the instrument as its maker declares it; `None` before it was looked for.
+    course: Option<Course>,
+    /// From every moment of it every vehicle with a wake; empty where air takes its time: that is
+    /// left to each simulation.
     sightings: Vec<Sighting>,
     /// Vehicles with a wake.
     emitters: usize,
 }
 
 impl Seen {
-    /// Looks around from some rows; where air takes its time, that is left to each simulation.
+    /// Looks around from all moments that some rows ask for.
     #[must_use]
     pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Seen {
-        if !flow.is_prompt() {
-            return Seen::default();
-        }
-        let samples = rows.iter().map(|&row| probes.samples[row]);
-        let around = samples.map(|sample| flow.sightings(sample.t_s, sample.position_m));
+        let course = Course::new(probes, rows, probes.instrument.lowpass_tau_s);
+        let moments = course.moments.iter().filter(|_| flow.is_prompt());
+        let around = moments.map(|moment| flow.sightings(moment.t_s, moment.point_m));
         let around: Vec<Vec<Sighting>> = around.collect();
         Seen {
+            course: Some(course),
             emitters: around.first().map_or(0, Vec::len),
             sightings: around.concat(),
         }
     }
 
-    /// From one of the rows, by its place among them.
-    fn from(&self, place: usize) -> Option<&[Sighting]> {
+    /// From one of the moments.
+    fn from(&self, moment: usize) -> Option<&[Sighting]> {
         self.sightings
-            .get(place * self.emitters..(place + 1) * self.emitters)
+            .get(moment * self.emitters..(moment + 1) * self.emitters)
             .filter(|seen| !seen.is_empty())
     }
 }
 
 /// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time, with
-/// what is `seen` from them; `None` where some drone's place is not known. What drifts does so from
-/// `first_s` on, the time of the recording's first reading.
+/// what is `seen` from them, of a probe that is so much slower (s) than its maker says, before what
+/// else is wrong with it; `None` where some drone's place is not known.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,
     (probes, rows, seen): (&Probes, &[usize], &Seen),
-    sensor: &Sensor,
-    first_s: f64,
+    lag_s: f64,
 ) -> Vec<Option<f64>> {
-    let instrument = &probes.instrument;
-    let is_prompt = flow.is_prompt();
-    let steady = |t_s, point_m| steady_reading_mps(flow, instrument.measures, t_s, point_m);
-    let steady_at = |place: usize, sample: &ProbeSample| {
-        let (t_s, point_m) = (sample.t_s, sample.position_m);
-        match seen.from(place).filter(|_| is_prompt) {
+    let measures = probes.instrument.measures;
+    // Two low-passes in a row are nearly one of the summed time constant.
+    let tau_s = probes.instrument.lowpass_tau_s + lag_s;
+    let known = seen.course.as_ref().filter(|known| known.tau_s == tau_s);
+    let is_seen = known.is_some() && flow.is_prompt();
+    let own = known.is_none().then(|| Course::new(probes, rows, tau_s));
+    let Some(course) = known.or(own.as_ref()) else {
+        return Vec::new();
+    };
+    let steady = |index: usize| {
+        let Moment { t_s, point_m, .. } = course.moments[index];
+        match seen.from(index).filter(|_| is_seen) {
             Some(seen) => {
                 let velocity_mps = flow.velocity_seen_mps(t_s, point_m, seen)?;
-                Some(magnitude_mps(flow, instrument.measures, t_s, velocity_mps))
+                Some(magnitude_mps(flow, measures, t_s, velocity_mps))
             }
-            None => steady(t_s, point_m),
+            None => steady_reading_mps(flow, measures, t_s, point_m),
         }
     };
-    // Two low-passes in a row are nearly one of the summed time constant.
-    let tau_s = instrument.lowpass_tau_s + sensor.lag_s;
     let mut held: Option<Held> = None;
     let mut readings = Vec::with_capacity(rows.len());
-    for (place, sample) in rows.iter().map(|&row| probes.samples[row]).enumerate() {
-        let steady_mps = steady_at(place, &sample);
-        let lagged_mps = match (&held, steady_mps) {
-            (Some(before), Some(steady_mps)) if tau_s > 0.0 => {
-                lag(before, (&sample, steady_mps), tau_s, steady)
+    let mut from = 0;
+    for &to in &course.ends {
+        // Nothing to lag behind: the probe has come to rest in the air it is in.
+        let asked = if held.is_none() { to - 1..to } else { from..to };
+        for moment in asked {
+            let lags = |steady_mps| course.moments[moment].lags(held, steady_mps);
+            held = steady(moment).map(lags);
+            if held.is_none() {
+                break;
             }
-            // Nothing to lag behind: the probe has come to rest in the air it is in.
-            _ => steady_mps,
-        };
-        held = lagged_mps
-            .zip(steady_mps)
-            .map(|(read_mps, steady_mps)| Held {
-                sample,
-                steady_mps,
-                read_mps,
-            });
-        let since_s = sample.t_s - first_s;
-        readings.push(lagged_mps.map(|reading_mps| sensor.reads(reading_mps, since_s)));
+        }
+        from = to;
+        readings.push(held.map(|held| held.read_mps));
     }
     readings
 }
 
-/// The last sample, the air there, and what the probe read of it.
+/// The air at the last moment, and what the probe read of it.
+#[derive(Clone, Copy)]
 struct Held {
-    sample: ProbeSample,
     steady_mps: f64,
     read_mps: f64,
 }
@@ -139,48 +138,113 @@ struct Held {
 /// Time constants after which a low-pass has forgotten: e^-8 is 0.0003.
 const MEMORY: f64 = 8.0;
 
-/// Carries a lagged reading from one sample to the next through the air between them.
-///
-/// What air of an age `a` weighs in the reading falls as e^(-a/τ), and what a step of length `h`
-/// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
-fn lag(
-    before: &Held,
-    (sample, steady_mps): (&ProbeSample, f64),
+/// The moments at which readings through one low-pass ask for the air.
+#[derive(Clone, Debug)]
+struct Course {
     tau_s: f64,
-    steady: impl Fn(f64, Point3<f64>) -> Option<f64>,
-) -> Option<f64> {
-    let from = &before.sample;
-    let whole_s = sample.t_s - from.t_s;
-    let span_s = whole_s.min(MEMORY * tau_s);
-    let at = |age_s: f64| {
-        let point_m = sample.position_m + (from.position_m - sample.position_m) * (age_s / whole_s);
-        steady(sample.t_s - age_s, point_m)
-    };
-    let forgotten = -(-0.5 * span_s / tau_s).exp_m1();
-    let steps = (2.0 * STEPS_PER_TAU * forgotten).ceil().max(1.0);
-    let age_s = |step: u32| -2.0 * tau_s * (-forgotten * f64::from(step) / steps).ln_1p();
-    let (mut x_before_mps, mut reading_mps) = match span_s < whole_s {
-        // The rest is forgotten.
-        true => {
-            let x_mps = at(span_s)?;
-            (x_mps, x_mps)
+    /// In the order of time.
+    moments: Vec<Moment>,
+    /// Of each row, how many moments there are up to its own, the last of them.
+    ends: Vec<usize>,
+}
+
+/// A moment on the way of a probe.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    t_s: f64,
+    point_m: Point3<f64>,
+    /// What is left of what was held the moment before; `None` where that is forgotten.
+    low_pass: Option<LowPass>,
+}
+
+/// A low-pass over one step, exact for air that changes linearly within it.
+#[derive(Clone, Copy, Debug)]
+struct LowPass {
+    /// Time constant over the step.
+    tau_over_step: f64,
+    /// Share of the last deviation that is left after the step.
+    kept: f64,
+}
+
+impl Moment {
+    /// What is held when the air is this, after what was.
+    fn lags(&self, before: Option<Held>, steady_mps: f64) -> Held {
+        let read_mps = self
+            .low_pass
+            .zip(before)
+            .map_or(steady_mps, |(it, before)| {
+                let behind_mps = (steady_mps - before.steady_mps) * it.tau_over_step;
+                let deviation_mps = before.read_mps - (before.steady_mps - behind_mps);
+                steady_mps - behind_mps + deviation_mps * it.kept
+            });
+        Held {
+            steady_mps,
+            read_mps,
         }
-        false => (before.steady_mps, before.read_mps),
-    };
-    let mut age_before_s = span_s;
-    for step in (0..steps as u32).rev() {
-        let age_s = age_s(step);
-        let x_mps = match step {
-            0 => steady_mps,
-            _ => at(age_s)?,
-        };
-        // Exact for air that changes linearly within the step.
-        let step_s = age_before_s - age_s;
-        let slope = (x_mps - x_before_mps) / step_s;
-        let settled_mps = x_mps - slope * tau_s;
-        let kept = (-step_s / tau_s).exp();
-        reading_mps = settled_mps + (reading_mps - (x_before_mps - slope * tau_s)) * kept;
-        (x_before_mps, age_before_s) = (x_mps, age_s);
     }
-    Some(reading_mps)
+}
+
+impl Course {
+    /// Of some rows, which come in the order of time.
+    ///
+    /// What air of an age `a` weighs in a reading falls as e^(-a/τ), and what a step of length `h`
+    /// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
+    fn new(probes: &Probes, rows: &[usize], tau_s: f64) -> Course {
+        let mut course = Course {
+            tau_s,
+            moments: Vec::with_capacity(rows.len()),
+            ends: Vec::with_capacity(rows.len()),
+        };
+        let mut before: Option<ProbeSample> = None;
+        for sample in rows.iter().map(|&row| probes.samples[row]) {
+            match before.filter(|_| tau_s > 0.0) {
+                Some(from) => course.add(&from, &sample),
+                None => course.moments.push(Moment {
+                    t_s: sample.t_s,
+                    point_m: sample.position_m,
+                    low_pass: None,
+                }),
+            }
+            course.ends.push(course.moments.len());
+            before = Some(sample);
+        }
+        course
+    }
+
+    /// From one sample to the next, through the air between them.
+    fn add(&mut self, from: &ProbeSample, sample: &ProbeSample) {
+        let tau_s = self.tau_s;
+        let whole_s = sample.t_s - from.t_s;
+        let span_s = whole_s.min(MEMORY * tau_s);
+        let mut add = |age_s: f64, low_pass: Option<LowPass>| {
+            let along = match age_s {
+                0.0 => 0.0,
+                _ => age_s / whole_s,
+            };
+            self.moments.push(Moment {
+                t_s: sample.t_s - age_s,
+                point_m: sample.position_m + (from.position_m - sample.position_m) * along,
+                low_pass,
+            });
+        };
+        if span_s < whole_s {
+            // The rest is forgotten.
+            add(span_s, None);
+        }
+        let forgotten = -(-0.5 * span_s / tau_s).exp_m1();
+        let steps = (2.0 * STEPS_PER_TAU * forgotten).ceil().max(1.0);
+        let age_s = |step: u32| -2.0 * tau_s * (-forgotten * f64::from(step) / steps).ln_1p();
+        let mut age_before_s = span_s;
+        for step in (0..steps as u32).rev() {
+            // Its own moment to the last bit.
+            let age_s = if step == 0 { 0.0 } else { age_s(step) };
+            let step_s = age_before_s - age_s;
+            let low_pass = LowPass {
+                tau_over_step: tau_s / step_s,
+                kept: (-step_s / tau_s).exp(),
+            };
+            add(age_s, Some(low_pass));
+            age_before_s = age_s;
+        }
+    }
 }

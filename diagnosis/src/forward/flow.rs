@@ -343,7 +343,11 @@ impl<'a> Flow<'a> {
     pub fn ambient_mps(&self, t_s: f64) -> f64 {
         let (_, return_flow_mps) = self.effects.background_mps(t_s - self.began_s);
         let ambient_mps = self.recording.environment.ambient_mps;
-        ambient_mps.hypot(return_flow_mps)
+        // Mostly there is none: the same to the last bit.
+        match return_flow_mps {
+            0.0 => ambient_mps.abs(),
+            _ => ambient_mps.hypot(return_flow_mps),
+        }
     }
 
     /// What is added to the baseline.

@@ -1,6 +1,11 @@
 //! A recording made ready to be explained: its samples beside the baseline's, with everything that
 //! a residual may depend on.
 
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use airflow::effects::Effects;
+
 use crate::forward::flow::{Flow, Wakes};
 use crate::forward::hypothesis::{Hypothesis, Sensor};
 use crate::forward::simulate::{Channel, Sample, Series, series, simulate};
@@ -38,6 +43,9 @@ pub const MOST_SAMPLES: usize = 10_000;
 const STRETCH: usize = 64;
 /// Golden section: multiples of it fill the phases most evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
+
+/// Values of steady air that are kept for when they are asked for again. Chosen here: 32 MB.
+const MOST_KEPT: usize = 1 << 21;
 
 /// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis
 /// needs to know.
@@ -102,6 +110,32 @@ pub struct Observed<'a> {
     pub covariates: Vec<Vec<f64>>,
     wakes: Wakes,
     series: Vec<Series>,
+    /// What was simulated of these samples last.
+    kept: Arc<Mutex<Kept>>,
+}
+
+/// What was simulated, the newest last: fits come back to where they began, and what only the
+/// instrument makes of the air needs no other air.
+type Kept = VecDeque<(Air, Arc<Vec<Option<f64>>>)>;
+
+/// What of a hypothesis tells values before gain, offset, drift and saturation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Air {
+    lag_s: f64,
+    clock_s: f64,
+    downwash: Option<f64>,
+    effects: Effects,
+}
+
+impl Air {
+    fn of(hypothesis: &Hypothesis) -> Air {
+        Air {
+            lag_s: hypothesis.sensor.lag_s,
+            clock_s: hypothesis.sensor.clock_s,
+            downwash: hypothesis.downwash,
+            effects: hypothesis.effects,
+        }
+    }
 }
 
 impl<'a> Observed<'a> {
@@ -120,6 +154,7 @@ impl<'a> Observed<'a> {
             covariates: Vec::new(),
             wakes: Wakes::new(recording),
             series: series(recording),
+            kept: Arc::default(),
         };
         observed.series.retain(|series| series.channel == channel);
         for (index, series) in observed.series.iter_mut().enumerate() {
@@ -169,6 +204,7 @@ impl<'a> Observed<'a> {
             covariates: self.covariates.iter().map(of).collect(),
             wakes: self.wakes.clone(),
             series: self.series.clone(),
+            kept: Arc::default(),
         };
         for (index, series) in thinned.series.iter_mut().enumerate() {
             let own = thinned.samples.iter().zip(&thinned.series_of);
@@ -183,6 +219,7 @@ impl<'a> Observed<'a> {
     pub fn look(&mut self) {
         let flow = Flow::new(self.recording);
         self.series.iter_mut().for_each(|series| series.look(&flow));
+        self.kept = Arc::default();
     }
 
     /// What is known at some of these samples (`among`, in the same order), at all of them: that of
@@ -234,6 +271,26 @@ impl<'a> Observed<'a> {
         self.samples.iter().map(|sample| sample.simulated).collect()
     }
 
+    /// Values under a hypothesis as its lag and clock have them, gain, offset, drift and saturation
+    /// apart; `None` where it asks for a drone's place in a gap.
+    fn simulated_through(&self, hypothesis: &Hypothesis) -> Arc<Vec<Option<f64>>> {
+        let air = Air::of(hypothesis);
+        let kept = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, values)) = kept().iter().rev().find(|(known, _)| *known == air) {
+            return values.clone();
+        }
+        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
+        let of_series = |series: &Series| series.simulate(&flow, &hypothesis.sensor);
+        let values: Vec<Option<f64>> = self.series.iter().flat_map(of_series).collect();
+        let values = Arc::new(values);
+        let mut kept = kept();
+        kept.push_back((air, values.clone()));
+        if kept.len() * values.len() > MOST_KEPT {
+            kept.pop_front();
+        }
+        values
+    }
+
     /// One covariate by name.
     #[must_use]
     pub fn covariate(&self, name: &str) -> Option<&[f64]> {
@@ -264,11 +321,11 @@ impl Explained for Observed<'_> {
             predicted.extend(self.samples.iter().enumerate().map(reading));
             return predicted;
         }
-        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
-        for series in &self.series {
-            for value in series.simulate(&flow, &hypothesis.sensor) {
-                predicted.push(value.unwrap_or(self.samples[predicted.len()].simulated));
-            }
+        let values = self.simulated_through(hypothesis);
+        for (i, (value, sample)) in values.iter().zip(&self.samples).enumerate() {
+            let since_s = sample.t_s - self.series[self.series_of[i]].first_s;
+            let read = value.map(|value| sensor.reads(value, since_s));
+            predicted.push(read.unwrap_or(sample.simulated));
         }
         predicted
     }

@@ -10,7 +10,6 @@ use airflow::effects::Reception;
 use airflow::power;
 
 use crate::forward::flow::Flow;
-use crate::forward::hypothesis::Sensor;
 use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::{ReceiverSample, Recording, Track};
 use crate::statistics::quantile::median;
@@ -85,15 +84,10 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
 }
 
 /// Throttle or power ratios of one receiver in some rows of its recording's, which come in the
-/// order of time; `None` where some drone's place is not known. What drifts does so from `first_s`
-/// on, the time of the recording's first reading.
+/// order of time, by a clock that the drones' are so far ahead of (s), before what else is wrong
+/// with the instrument; `None` where some drone's place is not known.
 #[must_use]
-pub fn ratios(
-    flow: &Flow,
-    sensor: &Sensor,
-    (rows, first_s): (&[usize], f64),
-    is_power: bool,
-) -> Vec<Option<f64>> {
+pub fn ratios(flow: &Flow, clock_s: f64, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
     let recording = flow.recording();
     let all = &recording.receivers;
     let samples = || rows.iter().map(|&row| &all[row]);
@@ -107,7 +101,7 @@ pub fn ratios(
     let discs = airframe.disc_points();
     let first_v = samples().find_map(|sample| sample.battery_v);
     let ratio_of = |sample: &ReceiverSample| {
-        let moment = vehicle.track.moment(sample.t_s + sensor.clock_s)?;
+        let moment = vehicle.track.moment(sample.t_s + clock_s)?;
         let centre_m = vehicle.track.position_at(moment);
         let air = baseline.receiver_air;
         let others = |other| other != vehicle_index;
@@ -128,12 +122,11 @@ pub fn ratios(
             (motion.alpha(received, own_mps.z), lift)
         });
         let law = baseline.receiver_law;
-        let steady = if is_power {
+        Some(if is_power {
             power_ratio(law, alpha) * effects.power_factor(&reception) / lift.powf(1.5)
         } else {
             throttle_ratio(law, alpha) * effects.throttle_factor(&reception) / lift.sqrt()
-        };
-        Some(sensor.reads(steady, sample.t_s - first_s))
+        })
     };
     samples().map(ratio_of).collect()
 }

@@ -148,18 +148,18 @@ fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) 
 }
 
 impl Series {
-    /// Its values as they would be in this air through this sensor; `None` where some drone's place
-    /// is not known.
+    /// Its values as they would be in this air through a sensor with this lag and this clock,
+    /// before its gain, offset, drift and saturation; `None` where some drone's place is not known.
     #[must_use]
     pub fn simulate(&self, flow: &Flow, sensor: &Sensor) -> Vec<Option<f64>> {
         match (self.channel, &flow.recording().probes) {
             (Channel::Speed, Some(probes)) => {
                 let rows = (probes, self.rows.as_slice(), &self.seen);
-                anemometer::readings_mps(flow, rows, sensor, self.first_s)
+                anemometer::readings_mps(flow, rows, sensor.lag_s)
             }
             (Channel::Throttle | Channel::Power, _) => {
-                let rows = (self.rows.as_slice(), self.first_s);
-                receiver::ratios(flow, sensor, rows, self.channel == Channel::Power)
+                let is_power = self.channel == Channel::Power;
+                receiver::ratios(flow, sensor.clock_s, &self.rows, is_power)
             }
             _ => vec![None; self.rows.len()],
         }

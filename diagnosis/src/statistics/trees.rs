@@ -144,6 +144,8 @@ struct Binned {
     edges: Vec<Vec<f64>>,
     /// Of every covariate, every sample's bin.
     bins: Vec<Vec<u8>>,
+    /// Of every sample, every covariate's bin: the same, as sums are taken over it.
+    of_samples: Vec<u8>,
 }
 
 impl Binned {
@@ -154,8 +156,15 @@ impl Binned {
             let bins = values.iter().map(|&value| bin_of(inner, value)).collect();
             (inner.to_vec(), bins)
         });
-        let (edges, bins) = binned.unzip();
-        Self { edges, bins }
+        let (edges, bins): (Vec<_>, Vec<Vec<u8>>) = binned.unzip();
+        let samples = 0..bins.first().map_or(0, Vec::len);
+        let of_sample = |sample: usize| bins.iter().map(move |bins| bins[sample]);
+        let of_samples = samples.flat_map(of_sample).collect();
+        Self {
+            edges,
+            bins,
+            of_samples,
+        }
     }
 
     /// A forest on some rows.
@@ -175,7 +184,7 @@ impl Binned {
         };
         for _ in 0..TREES {
             let ground = Ground {
-                bins: &self.bins,
+                binned: self,
                 weighted: &weighted,
                 lambda,
             };
@@ -201,7 +210,7 @@ type Cells = Vec<[Cell; BINS + 2]>;
 
 /// What one tree is grown on.
 struct Ground<'a> {
-    bins: &'a [Vec<u8>],
+    binned: &'a Binned,
     /// Weight times residual, and weight, of every sample.
     weighted: &'a [(f64, f64)],
     lambda: f64,
@@ -214,10 +223,13 @@ impl Ground<'_> {
     }
 
     fn cells(&self, rows: &[u32]) -> Cells {
-        let mut cells = vec![[Cell::zeros(); BINS + 2]; self.bins.len()];
-        for (bins, cells) in self.bins.iter().zip(&mut cells) {
-            for &i in rows {
-                cells[usize::from(bins[i as usize])] += self.cell(i);
+        let covariates = self.binned.bins.len();
+        let mut cells = vec![[Cell::zeros(); BINS + 2]; covariates];
+        for &i in rows {
+            let cell = self.cell(i);
+            let bins = &self.binned.of_samples[i as usize * covariates..][..covariates];
+            for (bin, cells) in bins.iter().zip(&mut cells) {
+                cells[usize::from(*bin)] += cell;
             }
         }
         cells
@@ -266,7 +278,7 @@ impl Ground<'_> {
                 };
                 gains[covariate] += gain;
                 splits.push((covariate, bin));
-                let bins = &self.bins[covariate];
+                let bins = &self.binned.bins[covariate];
                 let (left, right): (Vec<u32>, Vec<u32>) =
                     rows.into_iter().partition(|&i| bins[i as usize] <= bin);
                 let left_is_small = left.len() <= right.len();

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::jet::{Drone, GRAVITY, SPREADING, momentum_of_profile};
+use super::jet::{Drone, GRAVITY, MOMENTUM_OF_PROFILE, SPREADING};
 
 /// Radius of the top hat over the half-width. Chosen here between that of a Gaussian of the same
 /// flow and momentum (1.70) and that of the paper's profile (2.69).
@@ -127,7 +127,7 @@ impl Bent {
 /// The parcel at every step of arc.
 fn march(drone: &Drone, wind: Vector3<f64>, frequency: f64) -> Vec<Parcel> {
     let half = drone.half_m(0.0) / drone.motors_m;
-    let momentum = momentum_of_profile() * (drone.centre(0.0) * half).powi(2);
+    let momentum = *MOMENTUM_OF_PROFILE * (drone.centre(0.0) * half).powi(2);
     let radius = TOP_HAT * half;
     let speed = (momentum / PI).sqrt() / radius;
     let shear = 0.5 * TOP_HAT * SPREADING;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::jet::{Drone, momentum_of_profile};
+use super::jet::{Drone, MOMENTUM_OF_PROFILE};
 
 /// Height over which the jet stops, in half-widths at the floor. Chosen here within the
 /// literature's 0.8 to 1.
@@ -36,7 +36,7 @@ pub(crate) fn turned(
     let out_m = radius_m.max(turned_m);
     let layer_m = GROWTH * out_m + 0.01 * drop_m;
     let momentum =
-        momentum_of_profile() * (hover_mps * drone.centre(0.0) * drone.half_m(0.0)).powi(2);
+        *MOMENTUM_OF_PROFILE * (hover_mps * drone.centre(0.0) * drone.half_m(0.0)).powi(2);
     let left = LEFT * momentum * (turned_m / out_m).powf(2.0 * FRICTION);
     let fastest_mps = (left / (TAU * out_m * layer_m * LAYER_MOMENTUM)).sqrt();
     // From nothing on the axis, straight, to what it is where it has turned.

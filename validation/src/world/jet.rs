@@ -2,6 +2,7 @@
 //! what may change its cross-section.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 use nalgebra::Vector3;
 
@@ -74,13 +75,13 @@ pub(crate) fn profile(xi: f64) -> f64 {
 }
 
 /// `∫ u² dA / (u_c² r_half²)` of that profile, by its sum: 2.5282.
-pub(super) fn momentum_of_profile() -> f64 {
+pub(super) static MOMENTUM_OF_PROFILE: LazyLock<f64> = LazyLock::new(|| {
     let step = 0.01;
     (0..4000)
         .map(|i| (f64::from(i) + 0.5) * step)
         .map(|xi| TAU * xi * profile(xi).powi(2) * step)
         .sum()
-}
+});
 
 /// What the air does across the axis, besides the paper's profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,6 +132,17 @@ pub(crate) struct Cut {
 const RINGS: usize = 10;
 const SPOKES: usize = 12;
 
+/// Radius of every ring over the standard deviation of the axis's place.
+static RING: LazyLock<[f64; RINGS]> = LazyLock::new(|| {
+    std::array::from_fn(|ring| {
+        let inside = (ring as f64 + 0.5) / RINGS as f64;
+        (-2.0 * (1.0 - inside).ln()).sqrt()
+    })
+});
+/// Sine and cosine of every spoke.
+static SPOKE: LazyLock<[(f64, f64); SPOKES]> =
+    LazyLock::new(|| std::array::from_fn(|spoke| (TAU * spoke as f64 / SPOKES as f64).sin_cos()));
+
 impl Across {
     /// Speed along the jet (m/s).
     pub(crate) fn speed_mps(&self, cut: &Cut) -> f64 {
@@ -141,12 +153,10 @@ impl Across {
         }
         let (first, second) = beside(cut.along);
         let mut sum = 0.0;
-        for ring in 0..RINGS {
-            let inside = (ring as f64 + 0.5) / RINGS as f64;
-            let radius_m = self.wander * cut.s_m * (-2.0 * (1.0 - inside).ln()).sqrt();
-            for spoke in 0..SPOKES {
-                let (sin, cos) = (TAU * spoke as f64 / SPOKES as f64).sin_cos();
-                sum += shape(cut.off_m - radius_m * (cos * first + sin * second));
+        for ring in &*RING {
+            let radius_m = self.wander * cut.s_m * ring;
+            for (sin, cos) in &*SPOKE {
+                sum += shape(cut.off_m - radius_m * (*cos * first + *sin * second));
             }
         }
         centre_mps * sum / (RINGS * SPOKES) as f64
@@ -239,7 +249,7 @@ mod tests {
         assert!((OFFBOARD_1.centre(2.5 * OFFBOARD_1.motors_m) - 1.2156).abs() < 1e-4);
         assert!((profile(1.0) - 0.5).abs() < 1e-12);
         // π/(3 (√2 - 1)); the sum stops at 40 half-widths.
-        assert!((momentum_of_profile() - 2.5282).abs() < 1e-3);
+        assert!((*MOMENTUM_OF_PROFILE - 2.5282).abs() < 1e-3);
     }
 
     #[test]

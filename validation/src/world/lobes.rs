@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-use super::jet::{Drone, momentum_of_profile};
+use super::jet::{Drone, MOMENTUM_OF_PROFILE};
 
 /// Depths of the table (in motor distances) and where the four have become one.
 const STEP: f64 = 0.1;
@@ -29,7 +29,7 @@ impl Lobes {
             strength: Vec::new(),
         };
         let half = drone.half_m(0.0) / drone.motors_m;
-        let momentum = momentum_of_profile() * (drone.centre(0.0) * half).powi(2);
+        let momentum = *MOMENTUM_OF_PROFILE * (drone.centre(0.0) * half).powi(2);
         for i in 0..=(MERGED / STEP) as usize {
             let s = i as f64 * STEP;
             let (rings, spokes, width) = (80, 24, 0.025);
