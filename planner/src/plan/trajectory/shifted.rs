@@ -49,7 +49,15 @@ impl Shifted {
     /// Both motions over their spans, the clock of the other ahead by at least and at most so much
     /// (s); `None`: no two moments of them are so far apart.
     pub fn new(one: &Motion, other: &Motion, shift_s: (f64, f64)) -> Option<Shifted> {
-        let [(one, one_off_m), (other, other_off_m)] = [one.chord(), other.chord()];
+        Shifted::of_chords(&one.chord(), &other.chord(), shift_s)
+    }
+
+    /// The same of their chords, and how far they may be from those ([`Motion::chord`]).
+    pub(crate) fn of_chords(
+        (one, one_off_m): &(Motion, f64),
+        (other, other_off_m): &(Motion, f64),
+        shift_s: (f64, f64),
+    ) -> Option<Shifted> {
         let off_m = one_off_m + other_off_m;
         let since_s = one.from_s;
         let (t_s, u_s) = (
@@ -78,21 +86,26 @@ impl Shifted {
     }
 
     /// What is left of it where `normal . (t, u) <= most`; `None`: nothing.
-    fn cut(&self, normal: Vector2<f64>, most: f64) -> Option<Shifted> {
-        let mut left = Shifted { count: 0, ..*self };
+    fn cut(mut self, normal: Vector2<f64>, most: f64) -> Option<Shifted> {
         let beyond = |corner: &Vector2<f64>| normal.dot(corner) - most;
-        let corners = self.corners();
+        let corners = self.corners_s;
+        let corners = &corners[..self.count];
+        // Mostly all of it is.
+        if corners.iter().all(|corner| beyond(corner) <= EDGE) {
+            return Some(self);
+        }
+        self.count = 0;
         for (k, corner) in corners.iter().enumerate() {
             let next = &corners[(k + 1) % corners.len()];
             let (here, there) = (beyond(corner), beyond(next));
             if here <= EDGE {
-                left.push(*corner);
+                self.push(*corner);
             }
             if (here > EDGE) != (there > EDGE) {
-                left.push(corner + (next - corner) * ((here - EDGE) / (here - there)));
+                self.push(corner + (next - corner) * ((here - EDGE) / (here - there)));
             }
         }
-        (left.count > 0).then_some(left)
+        (self.count > 0).then_some(self)
     }
 
     /// Appends a corner, unless it is the one before.
@@ -182,12 +195,28 @@ impl Shifted {
     /// Every offset as seen from above, made ready for many points.
     pub(crate) fn level_region(&self) -> LevelRegion {
         let mut region = LevelRegion {
-            corners_m: [Vector2::zeros(); MOST_CORNERS],
-            count: self.count,
+            edges: [Edge::default(); MOST_CORNERS],
+            count: 0,
             off_m: self.off_m,
         };
-        for (level_m, corner) in region.corners_m.iter_mut().zip(self.corners()) {
-            *level_m = self.offset_m(corner).xy();
+        let mut from_m = self.offset_m(&self.corners_s[self.count - 1]).xy();
+        for corner in self.corners() {
+            let to_m = self.offset_m(corner).xy();
+            let along_m = to_m - from_m;
+            let length_m2 = along_m.norm_squared();
+            // Drones that hover, or fly side by side, are at one place all the while.
+            if length_m2 > 0.0 {
+                region.edges[region.count] = Edge {
+                    from_m,
+                    along_m,
+                    over_length_m2: length_m2.recip(),
+                };
+                region.count += 1;
+            }
+            from_m = to_m;
+        }
+        if region.count == 0 {
+            (region.edges[0].from_m, region.count) = (from_m, 1);
         }
         region
     }
@@ -259,37 +288,42 @@ impl Shifted {
 /// A convex region as seen from above (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelRegion {
-    /// In order, either way around; the first `count` of them.
-    corners_m: [Vector2<f64>; MOST_CORNERS],
+    /// In order, either way around, or one without length; the first `count` of them.
+    edges: [Edge; MOST_CORNERS],
     count: usize,
     /// How far a place may be beside it (m).
     off_m: f64,
+}
+
+/// From one corner of a region to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Edge {
+    /// m.
+    from_m: Vector2<f64>,
+    /// To the next (m).
+    along_m: Vector2<f64>,
+    /// One over the square of its length (1/m²); 0 without length.
+    over_length_m2: f64,
 }
 
 impl LevelRegion {
     /// Its nearest place to the vertical axis through minus `shift_m` (m, x and y), as seen from
     /// there (m): closed form; never farther than it comes.
     pub(crate) fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
-        let corners_m = &self.corners_m[..self.count];
         let shift_m = Vector2::from(shift_m);
-        let last_m = corners_m[self.count - 1] + shift_m;
-        let (mut from_m, mut nearest_m) = (last_m, last_m);
-        let mut nearest_m2 = last_m.norm_squared();
+        let (mut nearest_m, mut nearest_m2) = (Vector2::zeros(), f64::INFINITY);
         let (mut left, mut right) = (self.count > 2, self.count > 2);
-        for corner_m in corners_m {
-            let to_m = corner_m + shift_m;
-            let along_m = to_m - from_m;
-            let turn = from_m.perp(&along_m);
-            (left, right) = (left && turn > 0.0, right && turn < 0.0);
-            let length_m2 = along_m.norm_squared();
-            if length_m2 > 0.0 {
-                let share = (-from_m.dot(&along_m) / length_m2).clamp(0.0, 1.0);
-                let here_m = from_m + along_m * share;
-                if here_m.norm_squared() < nearest_m2 {
-                    (nearest_m, nearest_m2) = (here_m, here_m.norm_squared());
-                }
+        for edge in &self.edges[..self.count] {
+            let from_m = edge.from_m + shift_m;
+            let turn = from_m.perp(&edge.along_m);
+            left &= turn > 0.0;
+            right &= turn < 0.0;
+            let share = -from_m.dot(&edge.along_m) * edge.over_length_m2;
+            let here_m = from_m + edge.along_m * share.clamp(0.0, 1.0);
+            let here_m2 = here_m.norm_squared();
+            if here_m2 < nearest_m2 {
+                (nearest_m, nearest_m2) = (here_m, here_m2);
             }
-            from_m = to_m;
         }
         match left || right {
             true => Vector2::zeros(),

@@ -85,6 +85,8 @@ impl Samples {
 /// Layers of the near field, between the rotor plane and 2.5 motor distances: chosen here, 0.1
 /// motor distances each.
 const LAYERS: usize = 25;
+/// Runs of 1, 2, 4 and more layers that are no longer than all of them.
+const RUNS: usize = LAYERS.ilog2() as usize + 1;
 /// Rings of the near field, chosen here: 30 to a motor distance; what is farther out than 4 counts
 /// as the last one.
 const RINGS: usize = 120;
@@ -106,8 +108,10 @@ pub(super) struct NearTable {
     wake: Wake,
     layer_m: f64,
     ring_m: f64,
-    /// By layer and ring.
-    layers: [OnceLock<Vec<Highest>>; LAYERS],
+    /// By ring, what is highest over 2ⁿ layers from one on: two such runs cover any range of layers
+    /// (a sparse table: M. A. Bender and M. Farach-Colton, "The LCA problem revisited", LATIN
+    /// 2000).
+    runs: [[OnceLock<Vec<Highest>>; LAYERS]; RUNS],
 }
 
 impl NearTable {
@@ -117,33 +121,43 @@ impl NearTable {
             layer_m: wake.near_field_depth_m() / LAYERS as f64,
             ring_m: wake.motor_distance_m() / RINGS_PER_MOTOR_DISTANCE,
             wake: wake.clone(),
-            layers: std::array::from_fn(|_| OnceLock::new()),
+            runs: std::array::from_fn(|_| std::array::from_fn(|_| OnceLock::new())),
         }
     }
 
-    /// What is highest in a layer, by ring.
-    fn layer(&self, layer: usize) -> &[Highest] {
-        self.layers[layer].get_or_init(|| {
-            let mut samples = Samples {
-                step_s_m: self.layer_m / FINE as f64,
-                radii_m: (0..=RINGS).map(|r| r as f64 * self.ring_m).collect(),
-                turn: FRAC_PI_4 / (NEAR_BEARINGS - 1) as f64,
-                bearings: NEAR_BEARINGS,
-                all_around: false,
-                speeds: Vec::with_capacity((FINE + 2) * (RINGS + 1) * NEAR_BEARINGS),
+    /// What is highest in 2ⁿ layers from one on, by ring.
+    fn run(&self, n: usize, first: usize) -> &[Highest] {
+        self.runs[n][first].get_or_init(|| {
+            let Some(half) = n.checked_sub(1) else {
+                return self.layer(first);
             };
-            let u_h_mps = self.wake.induced_velocity_mps();
-            // One depth more, for the slope down from the last.
-            let first = layer * FINE;
-            for s in first..=(first + FINE + 1).min(LAYERS * FINE) {
-                // Just below the rotor plane: at it the field jumps to zero.
-                let least_m = 1e-6 * self.wake.near_field_depth_m();
-                let depth_m = (s as f64 * samples.step_s_m).max(least_m);
-                let section = self.wake.cross_section(depth_m);
-                samples.push(0.0, |x_m, y_m| section.axial_speed_mps(x_m, y_m) / u_h_mps);
-            }
-            samples.at_or_beyond(0..=FINE, NEAR_MARGINS)
+            let halves = [first, first + (1 << half)].map(|first| self.run(half, first));
+            let rings = halves[0].iter().zip(halves[1]);
+            rings.map(|(one, other)| higher(*one, *other)).collect()
         })
+    }
+
+    /// What is highest in a layer, by ring.
+    fn layer(&self, layer: usize) -> Vec<Highest> {
+        let mut samples = Samples {
+            step_s_m: self.layer_m / FINE as f64,
+            radii_m: (0..=RINGS).map(|r| r as f64 * self.ring_m).collect(),
+            turn: FRAC_PI_4 / (NEAR_BEARINGS - 1) as f64,
+            bearings: NEAR_BEARINGS,
+            all_around: false,
+            speeds: Vec::with_capacity((FINE + 2) * (RINGS + 1) * NEAR_BEARINGS),
+        };
+        let u_h_mps = self.wake.induced_velocity_mps();
+        // One depth more, for the slope down from the last.
+        let first = layer * FINE;
+        for s in first..=(first + FINE + 1).min(LAYERS * FINE) {
+            // Just below the rotor plane: at it the field jumps to zero.
+            let least_m = 1e-6 * self.wake.near_field_depth_m();
+            let depth_m = (s as f64 * samples.step_s_m).max(least_m);
+            let section = self.wake.cross_section(depth_m);
+            samples.push(0.0, |x_m, y_m| section.axial_speed_mps(x_m, y_m) / u_h_mps);
+        }
+        samples.at_or_beyond(0..=FINE, NEAR_MARGINS)
     }
 
     /// The layers between two depths (m).
@@ -154,17 +168,25 @@ impl NearTable {
 
     /// What is highest in some layers, at or beyond a distance from the axis (m).
     pub(super) fn highest(&self, layers: RangeInclusive<usize>, off_axis_m: f64) -> Highest {
+        let (first, last) = layers.into_inner();
+        let n = (last + 1 - first).ilog2() as usize;
         let rings = (off_axis_m / self.ring_m).min(RINGS as f64);
         let ring = (rings as usize).min(RINGS - 1);
         let beyond = rings - ring as f64;
-        (layers.map(|layer| self.layer(layer))).fold((0.0, 0.0), |so_far, layer| {
-            let ((inner, slope_per_m), (outer, _)) = (layer[ring], layer[ring + 1]);
+        let of_run = |first: usize| {
+            let run = self.run(n, first);
+            let ((inner, slope_per_m), (outer, _)) = (run[ring], run[ring + 1]);
             // The highest speed beyond a radius falls with it; its chord lies within the margin
             // of it.
-            let speed = inner + beyond * (outer - inner);
-            (speed.max(so_far.0), slope_per_m.max(so_far.1))
-        })
+            (inner + beyond * (outer - inner), slope_per_m)
+        };
+        higher(of_run(first), of_run(last + 1 - (1 << n)))
     }
+}
+
+/// The highest of both.
+fn higher(one: Highest, other: Highest) -> Highest {
+    (one.0.max(other.0), one.1.max(other.1))
 }
 
 /// Thickness of a layer of a moved wake: this many motor distances, or this part of the distance to
@@ -262,9 +284,7 @@ impl MovedTable {
             let ring = self.rings.partition_point(|inner| *inner <= away);
             layer.highest[ring.saturating_sub(1)]
         });
-        within.fold((0.0, 0.0), |(speed, slope), here| {
-            (here.0.max(speed), here.1.max(slope))
-        })
+        within.fold((0.0, 0.0), higher)
     }
 
     /// Distance from the vertical below the drone beyond which the air is slower than a speed over

@@ -153,6 +153,8 @@ struct Passing<'a> {
     moments: Shifted,
     /// The same from above.
     region: LevelRegion,
+    /// An upper bound anywhere on the receiver's discs (m/s).
+    high_mps: f64,
 }
 
 /// Whether one receiver may exceed its limit when air takes its time, or at some shift of the
@@ -493,10 +495,9 @@ impl<'a> Exposed<'a> {
             let Some(window_s) = self.feasible_s(&part) else {
                 continue;
             };
-            let rough = part.emitters.iter().map(|it| self.rough_mps(&part, *it));
-            let rough: Vec<f64> = rough.collect();
             let passing = part.emitters.iter().map(|it| self.passing(&part, *it));
             let passing: Vec<Vec<Passing<'a>>> = passing.collect();
+            let rough: Vec<f64> = passing.iter().map(|it| rough_of_mps(it)).collect();
             let high_mps = superpose(how, rough.iter().copied()).min(self.high_mps(&passing));
             found_mps = found_mps.max(self.worst_of(&part, window_s, &passing).mean_mps);
             if high_mps <= found_mps + within_mps {
@@ -521,17 +522,20 @@ impl<'a> Exposed<'a> {
         let cleared = known.map_or(limit + CLEARED_ALPHA, |alpha| alpha * WORSE);
         let cleared_mps = self.mean_mps(cleared);
         let how = self.scene.superposition;
-        let rough = part.emitters.iter().map(|it| self.rough_mps(&part, *it));
-        let rough: Vec<f64> = rough.collect();
-        let mut counts = rough.iter().map(|rough_mps| *rough_mps > FAINTEST_WAKE_MPS);
-        part.emitters.retain(|_| counts.next().unwrap_or(true));
-        let rough = rough.into_iter().filter(|it| *it > FAINTEST_WAKE_MPS);
-        let rough: Vec<f64> = rough.collect();
+        let mut rough: Vec<f64> = Vec::with_capacity(part.emitters.len());
+        let mut passing: Vec<Vec<Passing<'a>>> = Vec::with_capacity(part.emitters.len());
+        for emitter in std::mem::take(&mut part.emitters) {
+            let of_one = self.passing(&part, emitter);
+            let high_mps = rough_of_mps(&of_one);
+            if high_mps > FAINTEST_WAKE_MPS {
+                part.emitters.push(emitter);
+                rough.push(high_mps);
+                passing.push(of_one);
+            }
+        }
         if superpose(how, rough.iter().copied()) <= cleared_mps {
             return Verdict::Clear;
         }
-        let passing = part.emitters.iter().map(|it| self.passing(&part, *it));
-        let passing: Vec<Vec<Passing<'a>>> = passing.collect();
         if self.high_mps(&passing) <= cleared_mps {
             return Verdict::Clear;
         }
@@ -573,10 +577,12 @@ impl<'a> Exposed<'a> {
         }
         let flight = &self.scene.flights[emitter.from];
         let mine = self.motion.during(span_s.0, span_s.1);
+        let my_chord = mine.chord();
         // A moment alone is asked for as well.
         let around_s = (theirs_s.0 - MOMENT_S, theirs_s.1 + MOMENT_S);
         for theirs in flight.parts(around_s).filter(|it| it.flies) {
-            let Some(moments) = Shifted::new(&mine, &theirs.motion, shift_s) else {
+            let Some(moments) = Shifted::of_chords(&my_chord, &theirs.motion.chord(), shift_s)
+            else {
                 continue;
             };
             let places_m = moments.box_m();
@@ -592,13 +598,7 @@ impl<'a> Exposed<'a> {
                     continue;
                 }
             }
-            told(Passing {
-                wake,
-                left_s: None,
-                places_m,
-                moments,
-                region: moments.level_region(),
-            });
+            told(self.passes(wake, None, moments, places_m));
         }
     }
 
@@ -611,6 +611,7 @@ impl<'a> Exposed<'a> {
     ) {
         let ((from_s, until_s), shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
         let mine = self.motion.during(from_s, until_s);
+        let my_chord = mine.chord();
         let (low_m, high_m) = mine.box_m(from_s, until_s);
         let heights_m = (low_m.z, high_m.z);
         let emitted = advected.emitted((from_s + shift_s.0, until_s + shift_s.1), heights_m);
@@ -630,13 +631,14 @@ impl<'a> Exposed<'a> {
                 true => {
                     let there_m = Point3::from(attached.motion.at_m(it.span_s.0));
                     let stands = Motion::straight(part.span_s, there_m, there_m);
-                    Shifted::new(&mine, &stands, (f64::NEG_INFINITY, f64::INFINITY))
+                    let any_s = (f64::NEG_INFINITY, f64::INFINITY);
+                    Shifted::of_chords(&my_chord, &(stands, 0.0), any_s)
                 }
                 false => {
                     let least_s = shift_s.0 - ages_s.1 - MOMENT_S;
-                    Shifted::new(
-                        &mine,
-                        &attached.motion,
+                    Shifted::of_chords(
+                        &my_chord,
+                        &attached.motion.chord(),
                         (least_s, shift_s.1 - ages_s.0 + MOMENT_S),
                     )
                 }
@@ -653,25 +655,38 @@ impl<'a> Exposed<'a> {
                     continue;
                 }
             }
-            told(Passing {
-                wake: attached.wake,
-                left_s: Some(it.span_s),
-                places_m,
-                moments,
-                region: moments.level_region(),
-            });
+            told(self.passes(attached.wake, Some(it.span_s), moments, places_m));
+        }
+    }
+
+    /// One wake while the receiver is at some offsets from where its air left.
+    fn passes(
+        &self,
+        wake: &'a BoundedWake,
+        left_s: Option<Span>,
+        moments: Shifted,
+        places_m: Places,
+    ) -> Passing<'a> {
+        let tip_m = self.receiver.tip_radius_m;
+        let around_m = Vector3::new(tip_m, tip_m, 0.0);
+        let region = moments.level_region();
+        let off_axis_m = (region.nearest_m([0.0; 2]).norm() - tip_m).max(0.0);
+        let around_m = (places_m.0 - around_m, places_m.1 + around_m);
+        Passing {
+            high_mps: wake.highest_mps(&around_m, off_axis_m),
+            wake,
+            left_s,
+            places_m,
+            moments,
+            region,
         }
     }
 
     /// An upper bound of one wake anywhere on the receiver's discs over a part (m/s).
     fn rough_mps(&self, part: &Part, emitter: Emitter) -> f64 {
-        let tip_m = self.receiver.tip_radius_m;
-        let around_m = Vector3::new(tip_m, tip_m, 0.0);
         let mut high_mps = 0.0_f64;
         self.each(part, emitter, &mut |it| {
-            let off_axis_m = (it.nearest_m([0.0; 2]).norm() - tip_m).max(0.0);
-            let places_m = (it.places_m.0 - around_m, it.places_m.1 + around_m);
-            high_mps = high_mps.max(it.wake.highest_mps(&places_m, off_axis_m));
+            high_mps = high_mps.max(it.high_mps)
         });
         high_mps
     }
@@ -685,8 +700,19 @@ impl<'a> Exposed<'a> {
             let mut gathered = [0.0; CHUNK];
             for of_one in passing {
                 let mut highest = [0.0_f64; CHUNK];
-                for it in of_one {
-                    it.raise(points_m, &mut highest);
+                // What is nowhere higher than the strongest is everywhere need not be looked at.
+                let all = of_one.iter().enumerate();
+                let strongest = all.max_by(|a, b| a.1.high_mps.total_cmp(&b.1.high_mps));
+                let Some((first, strongest)) = strongest else {
+                    continue;
+                };
+                strongest.raise(points_m, &mut highest);
+                let others = of_one.iter().enumerate().filter(|(k, _)| *k != first);
+                for (_, it) in others {
+                    let known = highest.iter().take(points_m.len());
+                    if it.high_mps > known.copied().fold(f64::INFINITY, f64::min) {
+                        it.raise(points_m, &mut highest);
+                    }
                 }
                 for (so_far, highest_mps) in gathered.iter_mut().zip(highest) {
                     *so_far = how.gather(*so_far, highest_mps);
@@ -875,6 +901,12 @@ impl<'a> Exposed<'a> {
         halves.swap(0, 1);
         Some(halves)
     }
+}
+
+/// An upper bound anywhere on the receiver's discs of all that passes (m/s).
+fn rough_of_mps(passing: &[Passing<'_>]) -> f64 {
+    let high_mps = passing.iter().map(|it| it.high_mps);
+    high_mps.fold(0.0, f64::max)
 }
 
 impl Passing<'_> {
