@@ -26,7 +26,7 @@ use crate::plan::ViolationKind;
 use crate::plan::trajectory::{LevelRegion, Motion, Shifted};
 use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
-use crate::verify::scene::{Flight, Scene, reaches, superpose};
+use crate::verify::scene::{Flight, Scene, level_gap_m, reaches, superpose};
 use crate::verify::time::advected::{Advected, COARSE_M, Emission};
 use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::between;
@@ -578,9 +578,15 @@ impl<'a> Exposed<'a> {
         let flight = &self.scene.flights[emitter.from];
         let mine = self.motion.during(span_s.0, span_s.1);
         let my_chord = mine.chord();
+        let mine_m = mine.box_m(span_s.0, span_s.1);
         // A moment alone is asked for as well.
         let around_s = (theirs_s.0 - MOMENT_S, theirs_s.1 + MOMENT_S);
         for theirs in flight.parts(around_s).filter(|it| it.flies) {
+            let motion = &theirs.motion;
+            let from_m = motion.box_m(motion.from_s, motion.until_s);
+            if self.is_beyond_reach(&flight.wakes[theirs.piece], &from_m, &mine_m) {
+                continue;
+            }
             let Some(moments) = Shifted::of_chords(&my_chord, &theirs.motion.chord(), shift_s)
             else {
                 continue;
@@ -593,8 +599,8 @@ impl<'a> Exposed<'a> {
             if !stops.is_empty() {
                 let [_, (leaves_s, left_s)] = moments.spans_s();
                 let from_m = theirs.motion.box_m(leaves_s, left_s);
-                let (low_m, high_m) = mine.box_m(span_s.0, span_s.1);
-                if !reaches(wake, stops, &from_m, obstacles, (low_m.z, high_m.z)).1 {
+                let heights_m = (mine_m.0.z, mine_m.1.z);
+                if !reaches(wake, stops, &from_m, obstacles, heights_m).1 {
                     continue;
                 }
             }
@@ -626,6 +632,10 @@ impl<'a> Exposed<'a> {
         });
         for it in steps {
             let attached = advected.attached(&it, it.span_s);
+            let from_m = attached.motion.box_m(it.span_s.0, it.span_s.1);
+            if self.is_beyond_reach(attached.wake, &from_m, &(low_m, high_m)) {
+                continue;
+            }
             let ages_s = advected.ages_s(&it, heights_m);
             let moments = match it.is_moment {
                 true => {
@@ -650,13 +660,19 @@ impl<'a> Exposed<'a> {
             }
             if !attached.stops.is_empty() {
                 let obstacles = &self.scene.obstacles;
-                let from_m = attached.motion.box_m(it.span_s.0, it.span_s.1);
                 if !reaches(attached.wake, attached.stops, &from_m, obstacles, heights_m).1 {
                     continue;
                 }
             }
             told(self.passes(attached.wake, Some(it.span_s), moments, places_m));
         }
+    }
+
+    /// Whether a wake whose air left at some places is faint at all of the receiver's, to judge by
+    /// their distance (m): what would not be counted is not looked at.
+    fn is_beyond_reach(&self, wake: &BoundedWake, from_m: &Places, mine_m: &Places) -> bool {
+        let gap_m = level_gap_m(from_m, mine_m) - self.receiver.tip_radius_m;
+        !wake.is_moved() && gap_m > wake.reach_m(from_m.1.z - mine_m.0.z)
     }
 
     /// One wake while the receiver is at some offsets from where its air left.
