@@ -16,6 +16,20 @@ const SMALL_AGILITY: (f64, f64) = (4.0, 20.0);
 /// The same of large airframes: chosen here, lower as their motors and inertias are slower.
 const LARGE_AGILITY: (f64, f64) = (2.5, 8.0);
 
+/// Greatest mass, load included, over the airframe's own: the best racing drones lift some ten
+/// times their mass at full thrust, none hovers at half of that.
+pub(crate) const MOST_MASS_RATIO: f64 = 5.0;
+/// Greatest induced velocity (m/s) at hover with a load: the paper's airframes have 5 to 10,
+/// helicopters up to 20.
+pub(crate) const MOST_INDUCED_VELOCITY_MPS: f64 = 60.0;
+
+/// Whether an airframe hovers with a load at no such mass (kg), in air of a density (kg/m³).
+pub(crate) fn is_overloaded(airframe: &Airframe, mass_kg: f64, density_kg_per_m3: f64) -> bool {
+    mass_kg > airframe.mass_kg() * MOST_MASS_RATIO
+        || airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3)
+            > MOST_INDUCED_VELOCITY_MPS
+}
+
 /// Limits of an airframe that states none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DefaultLimits {

@@ -385,8 +385,9 @@ pub struct DronePlan {
     /// The same with no other drone there (s).
     #[serde(default)]
     pub alone_s: f64,
-    /// How much later it is for standing still beyond its dwells, on the path that is smoothed (s).
-    /// A smooth trajectory is slow for longer than that, and may not stand at all.
+    /// How much later it is for standing still beyond its dwells, on the path that is smoothed (s);
+    /// who is in place before an appointment is no later. A smooth trajectory is slow for longer
+    /// than that, and may not stand at all.
     #[serde(default)]
     pub waits_s: f64,
     /// Length flown beyond its path when alone (m).

@@ -7,13 +7,13 @@ use super::finding_file::unfit;
 use super::limits::{
     AIR_LIMIT, ALTITUDE_M, BODY_RADIUS_M, BUSY_S, CELL_M, CENTRELINE, CLEARANCE_M, DURING_S,
     DWELL_S, ENERGY_WEIGHT, HEADING_DEG, LATITUDE_DEG, LOAD_KG, LONGITUDE_DEG, Limits, MASS_KG,
-    MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS, MOST_INDUCED_VELOCITY_MPS, MOST_ITEMS,
-    MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOST_TRIANGLES, MOTOR_DISTANCE_M, ORIGIN, PLACE_M,
-    PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M, SPREADING, STOP_S, TEMPERATURE_C,
-    TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
-    lattice_places, name_fault,
+    MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS, MOST_ITEMS, MOST_LATTICE_PLACES,
+    MOST_TRIANGLES, MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M,
+    PROPELLERS, SIZE_M, SPREADING, STOP_S, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M,
+    VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS, lattice_places, name_fault,
 };
 use super::problem::{Problem, Problems};
+use crate::plan::limits::is_overloaded;
 use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{Drone, PathMotion, Solid, World};
@@ -382,14 +382,9 @@ impl Check {
             }
         }
         self.number(&whose, "time of all tasks", drone.busy_s(), &BUSY_S);
-        let own_kg = airframe.mass_kg();
-        let too_heavy = |mass_kg: &f64| {
-            *mass_kg > own_kg * MOST_MASS_RATIO
-                || airframe.hover_induced_velocity_mps(*mass_kg, density_kg_per_m3)
-                    > MOST_INDUCED_VELOCITY_MPS
-        };
-        let mut masses_kg = loads_kg.iter().map(|load_kg| own_kg + load_kg);
-        if let Some(mass_kg) = masses_kg.find(too_heavy) {
+        let is_too_heavy = |mass_kg: &f64| is_overloaded(airframe, *mass_kg, density_kg_per_m3);
+        let mut masses_kg = loads_kg.iter().map(|load_kg| airframe.mass_kg() + load_kg);
+        if let Some(mass_kg) = masses_kg.find(is_too_heavy) {
             let drone = drone.name.clone();
             self.errors.push(WorldError::Mass { drone, mass_kg });
         }

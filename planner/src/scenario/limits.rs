@@ -123,12 +123,6 @@ pub(super) const CLEARANCE_M: Limits = from(0.0, 10.0, "m");
 /// 0 ignores energy; 1000 s of delay for one second's energy is already absurd.
 pub(super) const ENERGY_WEIGHT: Limits = from(0.0, 1000.0, "");
 
-/// Greatest mass, load included, over the airframe's own: the best racing drones lift some ten
-/// times their mass at full thrust, none hovers at half of that.
-pub(super) const MOST_MASS_RATIO: f64 = 5.0;
-/// Greatest induced velocity at hover (m/s): the paper's airframes have 5 to 10, helicopters up to
-/// 20.
-pub(super) const MOST_INDUCED_VELOCITY_MPS: f64 = 60.0;
 /// Most places in the roadmap's lattice: its 26 edges each, at 16 bytes, are then 0.8 GB.
 pub(super) const MOST_LATTICE_PLACES: f64 = 2e6;
 /// Most items of a list, as drones, obstacles, zones, or the tasks of a drone: twice the largest

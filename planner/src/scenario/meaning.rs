@@ -13,11 +13,12 @@ use super::fields::listed;
 use super::finding_file::{self, citation, unfit};
 use super::formations;
 use super::jet_file;
-use super::limits::{BUSY_S, MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO, STOP_S};
+use super::limits::{BUSY_S, STOP_S};
 use super::mesh::mesh;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
 use crate::plan::Origin;
+use crate::plan::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{

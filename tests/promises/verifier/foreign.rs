@@ -186,7 +186,13 @@ fn a_plan_is_quasi_static_exactly_where_it_states_no_delay() {
 
 #[test]
 fn numbers_that_are_not_physical_and_times_beyond_reason_are_malformed() {
-    let cases: [fn(&mut Plan); 9] = [
+    let cases: [fn(&mut Plan); 11] = [
+        // More than any lifts, and faster air than any rotor's.
+        |plan| plan.drones[0].trajectory.mass_kg.fill(100.0),
+        |plan| {
+            plan.drones[0].airframe.mass_kg = 100.0;
+            plan.drones[0].trajectory.mass_kg.fill(100.0);
+        },
         |plan| plan.drones[0].airframe.max_speed_mps = 1e9,
         |plan| plan.drones[0].airframe.body_radius_m = 1e7,
         |plan| plan.drones[0].air_limit = 1e6,

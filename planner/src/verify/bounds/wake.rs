@@ -325,6 +325,11 @@ impl WakeCache {
         }
     }
 
+    /// Of the air (kg/m³).
+    pub(crate) fn density_kg_per_m3(&self) -> f64 {
+        self.density_kg_per_m3
+    }
+
     /// Why the air cannot be judged below an airframe.
     pub(crate) fn beyond(&self, airframe: &Airframe) -> Option<String> {
         self.flown.beyond(airframe, self.density_kg_per_m3)

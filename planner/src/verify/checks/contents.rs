@@ -11,6 +11,7 @@ use std::sync::Arc;
 use airflow::{FarField, Flown, Superposition};
 use nalgebra::Point3;
 
+use crate::plan::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO, is_overloaded};
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Plan, Zone};
 use crate::verify::bounds::obstacles::{NamedSolid, Obstacles};
@@ -22,7 +23,8 @@ use crate::verify::violation::{Found, malformed};
 /// Drones that stay are judged at rest for this long after the last time (s); any length would do.
 const REST_S: f64 = 1.0;
 
-/// A part of the mass by which a drone may be lighter than its airframe: rounding in the file.
+/// A part of the mass by which a drone may be lighter than its airframe, or heavier than it lifts:
+/// rounding in the file.
 const MASS_ROUNDING: f64 = 1e-6;
 
 /// How far from its support a drone that has landed may rest (m), chosen here: what a planner may
@@ -336,6 +338,17 @@ fn flight(
     let bare_kg = airframe.mass_kg() * (1.0 - MASS_ROUNDING);
     if drone.trajectory.mass_kg.iter().any(|&it| it < bare_kg) {
         doubts.push("it is lighter than its airframe".to_owned());
+    }
+    let density_kg_per_m3 = cache.density_kg_per_m3();
+    let is_overloaded =
+        |kg: &&f64| is_overloaded(&airframe, *kg * (1.0 - MASS_ROUNDING), density_kg_per_m3);
+    if let Some(mass_kg) = drone.trajectory.mass_kg.iter().find(is_overloaded) {
+        let own_kg = airframe.mass_kg();
+        doubts.push(format!(
+            "it weighs {mass_kg} kg, its airframe {own_kg} kg: none hovers at more than \
+             {MOST_MASS_RATIO} times its mass, nor at an induced velocity above \
+             {MOST_INDUCED_VELOCITY_MPS} m/s"
+        ));
     }
 
     let (mut hovering, discs) = cache.get(&airframe, airframe.mass_kg());
