@@ -120,11 +120,9 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     // Before it first moves it stands for as long as its motion takes to begin.
     let still = still.saturating_sub(dwells.saturating_add(agent.lead_ticks()));
     // Who is in place before an appointment is no later for it.
-    let later = match alone {
-        UNREACHABLE => still,
-        alone => arrives.0.saturating_sub(agent.departs.after(alone).0),
-    };
-    entry.waits_s = Tick(still.min(later)).seconds();
+    let is_timed = alone != UNREACHABLE && agent.waypoints.iter().any(Waypoint::is_timed);
+    let later = is_timed.then(|| arrives.0.saturating_sub(agent.departs.after(alone).0));
+    entry.waits_s = Tick(later.map_or(still, |it| still.min(it))).seconds();
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 

@@ -47,6 +47,9 @@ fn fleets_are_in_place_together_for_as_long_as_they_are_to_be() {
             plan.drones.iter().all(|drone| drone.arrives_s == 61.0),
             "{seed}"
         );
+        // Who is there before the others, or before the time, has waited for nothing.
+        let waits_s = plan.drones.iter().map(|drone| drone.waits_s);
+        assert_eq!(waits_s.sum::<f64>(), 0.0, "{seed}");
         // It is seen where a plan does not keep the time.
         for task in world.drones.iter_mut().flat_map(|drone| &mut drone.tasks) {
             task.during_s = task
