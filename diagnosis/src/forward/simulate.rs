@@ -99,7 +99,8 @@ pub struct Series {
     pub recorded: Vec<f64>,
     /// When the recording has its first reading of this channel (s), of whatever subject.
     pub first_s: f64,
-    /// Where drones are seen from each row of a probe, once [`Series::look`] was called.
+    /// Where drones are seen from all that these rows of a probe ask for, once [`Series::look`] was
+    /// called.
     seen: Seen,
 }
 
