@@ -74,6 +74,7 @@ const SHOWN_BY: &[(Effect, &[Flight])] = &[
     (Effect::BentScale, OVER_PROBES),
     (Effect::StartingSpeed, OVER_PROBES),
     (Effect::LooseContact, OVER_PROBES),
+    (Effect::WakeLean, &[Flight::Shaken]),
 ];
 
 /// Effects that may be joined by a second one: neither changes what the other is.
@@ -126,6 +127,7 @@ const NULLS: &[Flight] = &[
     Flight::Swap,
     Flight::Turning,
     Flight::Noisy,
+    Flight::Shaken,
 ];
 
 /// A drawn scene, and what it is called.

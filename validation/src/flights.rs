@@ -62,6 +62,9 @@ pub(super) enum Flight {
     Traverse,
     /// A probe on a second drone that crosses below.
     Carried,
+    /// To and fro over a probe at 10 Hz, leaning as it speeds up and brakes; the baseline has air
+    /// take its time.
+    Shaken,
 }
 
 /// Height of the probe above the floor (m).
@@ -96,6 +99,7 @@ pub(super) fn scene(flight: Flight, size: Size, random: &mut Draws) -> Scene {
         Flight::Sideways => sideways(small, random),
         Flight::Traverse => traverse(small, random),
         Flight::Carried => carried(small, random),
+        Flight::Shaken => shaken(small, size, random),
     };
     if flight == Flight::Noisy {
         scene.noise.turbulence = 0.2;
@@ -134,6 +138,7 @@ fn day(random: &mut Draws) -> Scene {
         track_hz: 4.0,
         declares_momentum_sum: false,
         declares_radial: false,
+        declares_convection: None,
         begins_s: f64::NEG_INFINITY,
         lost_s: Vec::new(),
         effects: Vec::new(),
@@ -229,6 +234,26 @@ fn leaning(drone: Drone, size: Size, random: &mut Draws) -> Scene {
             route.turn(0.0, [lean_rad * azimuth.cos(), lean_rad * azimuth.sin()]);
         }
         route.stay(6.0);
+    }
+    scene.emitters.push(emitter(drone, route));
+    scene
+}
+
+fn shaken(drone: Drone, size: Size, random: &mut Draws) -> Scene {
+    let mut scene = day(random);
+    scene.declares_convection = Some(1.0);
+    scene.instrument.rate_hz = 10.0;
+    scene.track_hz = 20.0;
+    let mut route = Route::swaying(SWAY_M, random);
+    while route.end_s() < 330.0 {
+        route.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
+        let most_mps2 = size.of([0.5, 1.0, 2.0]) * random.between(0.85, 1.15);
+        route.shake(
+            random.between(0.0, TAU),
+            most_mps2,
+            random.between(1.4, 2.4),
+            3,
+        );
     }
     scene.emitters.push(emitter(drone, route));
     scene

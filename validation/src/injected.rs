@@ -62,6 +62,8 @@ pub(super) enum Effect {
     BentScale,
     StartingSpeed,
     LooseContact,
+    /// Jets that lean as their drones do when these speed up and brake.
+    WakeLean,
 }
 
 /// Sets an effect into a scene.
@@ -154,8 +156,13 @@ pub(super) fn inject(effect: Effect, size: Size, scene: &mut Scene, random: &mut
             named(scene, "wander", &[]);
         }
         Effect::WakeTilt => {
-            scene.air.leans = true;
+            scene.air.leans = 1.0;
             named(scene, "wake_tilt", &lean(scene));
+        }
+        Effect::WakeLean => {
+            let share = random.between(0.6, 1.0);
+            scene.air.leans = share;
+            named(scene, "wake_lean", &[("g", share)]);
         }
         Effect::Magnitude => {
             scene.air.radial = true;

@@ -97,7 +97,10 @@ pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Dr
             } else {
                 Superposition::Linear
             },
-            delay: Delay::None,
+            delay: match scene.declares_convection {
+                Some(convection) => Delay::Transport { convection },
+                None => Delay::None,
+            },
             upper: Upper::FarFieldExtrapolated,
             receiver_air: ReceiverAir::Centre,
             receiver_law: ReceiverLaw::HoldsThrust { exponent: 0.5 },
@@ -135,6 +138,7 @@ fn vehicle(id: String, drone: &Drone, role: Role, rows: &[TrackRow], track_hz: f
             position_m: rows.iter().map(|row| Point3::from(row.place_m)).collect(),
             velocity_mps: rows.iter().map(|row| row.velocity_mps).collect(),
             attitude: rows.iter().map(attitude).collect(),
+            attitude_is_logged: true,
             throttle_ratio: has_wake.then(|| rows.iter().map(|row| row.throttle).collect()),
             power_w: has_wake.then(|| rows.iter().map(|row| row.power_w).collect()),
             longest_step_s: LONGEST_STEP / track_hz,

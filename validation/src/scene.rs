@@ -42,6 +42,8 @@ pub(super) struct Scene {
     /// Whether the metadata say that momenta add, and that probes feel the radial flow.
     pub(super) declares_momentum_sum: bool,
     pub(super) declares_radial: bool,
+    /// Speed of a parcel over that on the axis; `None`: jets hang on their drones.
+    pub(super) declares_convection: Option<f64>,
     /// When (s) effects of the air set in; before, the air is as declared.
     pub(super) begins_s: f64,
     /// Spans (s) of which the logger lost the readings.
@@ -131,6 +133,7 @@ impl Scene {
         let mut air = self.air.clone();
         air.strength *= known;
         air.radial |= self.declares_radial;
+        air.convection = air.convection.or(self.declares_convection);
         if self.declares_momentum_sum && air.summing == Summing::default() {
             air.summing.exponent = 2.0;
         }
@@ -148,6 +151,7 @@ impl Scene {
     fn declared_air(&self) -> Air {
         let mut air = Air {
             radial: self.declares_radial,
+            convection: self.declares_convection,
             ..Air::default()
         };
         if self.declares_momentum_sum {

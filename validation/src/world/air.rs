@@ -57,8 +57,8 @@ pub(crate) struct Air {
     pub(crate) stability: f64,
     /// Speed of a parcel over that on the axis; `None`: jets hang on their drones.
     pub(crate) convection: Option<f64>,
-    /// Whether a jet leaves along the drone's own axis.
-    pub(crate) leans: bool,
+    /// How far a jet leaves along the drone's own axis: 0 straight down, 1 all the way.
+    pub(crate) leans: f64,
     /// Whether climbing weakens a jet.
     pub(crate) climbs: bool,
     /// Whether jets stop at the floor.
@@ -89,7 +89,7 @@ impl Default for Air {
             wind_mps: None,
             stability: 0.0,
             convection: None,
-            leans: false,
+            leans: 0.0,
             climbs: false,
             floor: false,
             across: Across::default(),
@@ -310,12 +310,10 @@ impl World {
                 yaw_rad,
             });
         }
-        let along = if self.air.leans {
-            let [roll, pitch] = lean_rad;
-            nalgebra::Rotation3::from_euler_angles(roll, pitch, yaw_rad) * -Vector3::z()
-        } else {
-            -Vector3::z()
-        };
+        let [roll, pitch] = lean_rad;
+        let up = nalgebra::Rotation3::from_euler_angles(roll, pitch, yaw_rad) * Vector3::z();
+        let aside = self.air.leans / up.z;
+        let along = -Vector3::new(aside * up.x, aside * up.y, 1.0).normalize();
         let s_m = from_m.dot(&along);
         (s_m > 0.0).then(|| Cut {
             s_m,

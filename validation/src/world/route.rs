@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
+use super::jet::GRAVITY;
 use diagnosis::statistics::draws::Draws;
 
 /// One knot of a route.
@@ -80,6 +81,34 @@ impl Route {
         }
     }
 
+    /// Flies to and fro some times along an azimuth (rad), with this period (s) and highest
+    /// acceleration (m/s²), its thrust tilted as that takes.
+    pub(crate) fn shake(&mut self, azimuth: f64, most_mps2: f64, period_s: f64, times: usize) {
+        let Some(&middle) = self.knots.last() else {
+            return;
+        };
+        let aside = Vector3::new(azimuth.cos(), azimuth.sin(), 0.0);
+        let (sin_yaw, cos_yaw) = middle.yaw_rad.sin_cos();
+        let amplitude_m = most_mps2 * (period_s / TAU).powi(2);
+        let parts = 24;
+        for part in 1..=parts * times {
+            let phase = part as f64 / parts as f64;
+            let swing = (TAU * phase).sin();
+            let pull = -most_mps2 * swing / GRAVITY * aside;
+            let (ahead, left) = (
+                cos_yaw * pull.x + sin_yaw * pull.y,
+                cos_yaw * pull.y - sin_yaw * pull.x,
+            );
+            self.knots.push(Knot {
+                t_s: middle.t_s + phase * period_s,
+                place_m: middle.place_m + amplitude_m * swing * aside,
+                // Roll first, then pitch: what is ahead is tilted by pitch, what is left by roll.
+                lean_rad: [-left.atan2(ahead.hypot(1.0)), ahead.atan()],
+                ..middle
+            });
+        }
+    }
+
     /// The knot that a drone passes at a time, without its swaying.
     pub(crate) fn knot(&self, t_s: f64) -> Knot {
         let after = self.knots.partition_point(|knot| knot.t_s <= t_s);
@@ -120,5 +149,25 @@ impl Route {
     /// Velocity (m/s): as a tracker has it, over a tenth of a second.
     pub(crate) fn velocity_mps(&self, t_s: f64) -> Vector3<f64> {
         (self.position_m(t_s + 0.05) - self.position_m(t_s - 0.05)) / 0.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shaken_drone_leans_as_its_acceleration_takes() {
+        let mut route = Route::default();
+        route.go(Vector3::zeros(), 1.0);
+        route.shake(0.7, 2.0, 2.0, 2);
+        for t_s in [0.3, 0.9, 1.7, 3.1] {
+            let [before, at, after] = [t_s - 0.1, t_s, t_s + 0.1].map(|t_s| route.position_m(t_s));
+            let pull = (before + after - 2.0 * at) / 0.01 + GRAVITY * Vector3::z();
+            let [roll, pitch] = route.knot(t_s).lean_rad;
+            let up = nalgebra::Rotation3::from_euler_angles(roll, pitch, 0.0) * Vector3::z();
+            // Straight lines between knots: a few parts in a hundred of the acceleration.
+            assert!((up - pull.normalize()).norm() < 0.02, "{t_s}: {up} {pull}");
+        }
     }
 }
