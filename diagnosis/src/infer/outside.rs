@@ -283,7 +283,13 @@ pub(crate) fn is_sure(gain: &Gain) -> bool {
 /// on blocks that were held out.
 fn at_times(setting: &Setting, fit: &Fit) -> Option<Shape> {
     let blocks = &setting.noise.blocks;
-    let found = bursts(&fit.whitened, &fit.predicted, blocks, EACH_BURST_P);
+    let along = setting.noise.whiten(&fit.predicted);
+    let found = bursts(
+        &fit.whitened,
+        [&fit.predicted, &along],
+        blocks,
+        EACH_BURST_P,
+    );
     if found.p > PRESENT_P {
         return None;
     }
