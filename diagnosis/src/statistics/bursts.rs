@@ -6,18 +6,20 @@
 //! windows of 8, 16, 32 readings and so on, each half over the one before it:
 //!
 //! ```text
-//! amount:  S_w = Σ_{i in w} eᵢ/√n_w
-//! part:    S_w = Σ_{i in w} eᵢ fᵢ/√(Σ_{i in w} fᵢ²)
+//! amount:  S_w = Σ eᵢ/√n_w
+//! part:    S_w = Σ eᵢ fᵢ/√(Σ fᵢ²)                          over the readings i of a window w
 //! z_w = (S_w - median)/max(1, 1.4826 · MAD)     among windows of one length and a like level
 //! ```
 //!
 //! with `e` whitened, in units of its spread at a like level, and bounded, and `f` what is expected,
-//! whitened: a part of the reading shows where passes rise above nothing, an amount anywhere.
-//! For amounts, windows are parted by their mean level in thirds, for what the noise model has wrong
-//! depends on it. The p-value is that of Student's law with `0.37 n/2` degrees of freedom (the
-//! efficiency of the median absolute deviation, Huber & Ronchetti 2009, Robust Statistics, section
-//! 5.1; half the windows are independent), times the number of windows of that length, times the
-//! number of lengths for amounts and parts (Bonferroni, each of these with the same share).
+//! whitened: a part of the reading shows where passes rise above nothing, an amount anywhere. For
+//! amounts, windows are parted by their mean level in thirds, for what the noise model has wrong
+//! depends on it.
+//!
+//! The p-value is that of Student's law with `0.37 n/2` degrees of freedom (the efficiency of the
+//! median absolute deviation, Huber & Ronchetti 2009, Robust Statistics, section 5.1; half the
+//! windows are independent), times the number of windows of that length, times the number of
+//! lengths for amounts and parts (Bonferroni, each of these with the same share).
 
 use std::ops::Range;
 
