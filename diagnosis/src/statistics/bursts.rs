@@ -11,10 +11,10 @@
 //! z_w = (S_w - median)/max(1, 1.4826 · MAD)     among windows of one length and a like level
 //! ```
 //!
-//! with `e` whitened, in units of its spread at a like level, and bounded, and `f` what is expected,
-//! whitened: a part of the reading shows where passes rise above nothing, an amount anywhere. For
-//! amounts, windows are parted by their mean level in thirds, for what the noise model has wrong
-//! depends on it.
+//! with `e` whitened, in units of its spread at a like level, and bounded, and `f` what is
+//! expected, whitened: a part of the reading shows where passes rise above nothing, an amount
+//! anywhere. For amounts, windows are parted by their mean level in thirds, for what the noise
+//! model has wrong depends on it.
 //!
 //! The p-value is that of Student's law with `0.37 n/2` degrees of freedom (the efficiency of the
 //! median absolute deviation, Huber & Ronchetti 2009, Robust Statistics, section 5.1; half the
