@@ -399,9 +399,11 @@ fn outside(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
             "shelf"
         }
         Effect::Wall => {
-            let away_m = amount([2.6, 1.9, 1.3]) * 0.5 * scene.emitters[0].drone.motors_m;
+            let gap_m = amount([2.6, 1.9, 1.3]) * 0.5 * scene.emitters[0].drone.motors_m;
             let (sin, cos) = random.between(0.0, TAU).sin_cos();
             let normal = [cos, sin];
+            // Drones fly and probes stand on one side of it.
+            let away_m = scene.reaches_m(normal) + gap_m;
             scene.air.wall = Some(Wall { normal, away_m });
             "wall"
         }

@@ -124,6 +124,23 @@ impl Scene {
         routes.map(Route::end_s).fold(0.0, f64::max)
     }
 
+    /// How far drones and probes are along a horizontal unit vector, from the origin (m).
+    pub(super) fn reaches_m(&self, normal: [f64; 2]) -> f64 {
+        let routes = self.emitters.iter().map(|emitter| &emitter.route);
+        let carriers = (self.probes.iter()).filter_map(|probe| probe.carried_by.as_ref());
+        let receivers = self.receiver.iter().map(|receiver| &receiver.route);
+        let flown = routes
+            .chain(carriers)
+            .chain(receivers)
+            .map(|route| route.reaches_m(normal));
+        let standing = self
+            .probes
+            .iter()
+            .filter(|probe| probe.carried_by.is_none());
+        let standing = standing.map(|it| normal[0] * it.place_m.x + normal[1] * it.place_m.y);
+        flown.chain(standing).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     fn density(&self) -> f64 {
         density(self.pressure_pa, self.temperature_k)
     }

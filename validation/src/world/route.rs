@@ -146,6 +146,15 @@ impl Route {
         place_m
     }
 
+    /// How far it goes along a horizontal unit vector, from the origin (m), without its swaying.
+    pub(crate) fn reaches_m(&self, [x, y]: [f64; 2]) -> f64 {
+        let along = self
+            .knots
+            .iter()
+            .map(|knot| x * knot.place_m.x + y * knot.place_m.y);
+        along.fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Velocity (m/s): as a tracker has it, over a tenth of a second.
     pub(crate) fn velocity_mps(&self, t_s: f64) -> Vector3<f64> {
         (self.position_m(t_s + 0.05) - self.position_m(t_s - 0.05)) / 0.1
