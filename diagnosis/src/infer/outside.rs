@@ -41,8 +41,8 @@ const BEYOND_DOUBT_ERRORS: f64 = 4.0;
 /// accepts: nothing else vouches for it.
 const LINE_P: f64 = 1e-5;
 /// p-value of one block in all from which readings that differ at times are told: at most one
-/// recording in a thousand without an effect (none of the 400 of `plan prove --seed 301 --count
-/// 1000`). And that of a block which is then counted to it.
+/// recording in a thousand without an effect (none of the 160 of the two runs in
+/// docs/diagnosis.md). And that of a block which is then counted to it.
 const PRESENT_P: f64 = 0.001;
 const EACH_BURST_P: f64 = 0.05;
 /// Part of the trees' gain that an expression must gain to be told. Chosen here.
