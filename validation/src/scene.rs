@@ -42,7 +42,8 @@ pub(super) struct Scene {
     /// Whether the metadata say that momenta add, and that probes feel the radial flow.
     pub(super) declares_momentum_sum: bool,
     pub(super) declares_radial: bool,
-    /// Speed of a parcel over that on the axis; `None`: jets hang on their drones.
+    /// What they say of the speed of a parcel over that on the axis; `None`: jets hang on their
+    /// drones.
     pub(super) declares_convection: Option<f64>,
     /// When (s) effects of the air set in; before, the air is as declared.
     pub(super) begins_s: f64,
