@@ -13,8 +13,9 @@
 //! world's axes; a box of them is its lowest and highest corner. Round wakes are asked by the
 //! distance from their axis, which is nearer to the truth than the box; moved wakes by the box.
 
+use std::collections::VecDeque;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use airflow::Flown;
 use airflow::{Airframe, CrossSection, DiscPoints, Jet, Wake};
@@ -296,12 +297,33 @@ fn reaches(wake: &Wake) -> Arc<[f64]> {
     table.iter().map(|reach_m| 1.02 * reach_m).collect()
 }
 
-/// Wakes and rotor discs by airframe and mass: each near field is tabulated once for an airframe.
-pub(crate) struct WakeCache {
+/// The air of a plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Air {
     density_kg_per_m3: f64,
     jet: Jet,
     flown: Flown,
     deepest_m: f64,
+}
+
+/// A wake that was bounded, and what it follows from.
+struct Made {
+    air: Air,
+    airframe: Airframe,
+    mass_kg: f64,
+    wake: Arc<BoundedWake>,
+}
+
+/// Wakes bounded in this process, the latest last: a plan is judged by its contents alone, many
+/// times while it is made and flown, in the air of the time before. No answer depends on what is
+/// in here.
+static LATEST: Mutex<VecDeque<Made>> = Mutex::new(VecDeque::new());
+/// So many are kept: chosen here, the layers of one that the wind lays down take a megabyte.
+const KEPT: usize = 32;
+
+/// Wakes and rotor discs by airframe and mass: each near field is tabulated once for an airframe.
+pub(crate) struct WakeCache {
+    air: Air,
     known: Vec<Known>,
 }
 
@@ -317,22 +339,24 @@ impl WakeCache {
     /// down to a depth (m).
     pub(crate) fn new(density_kg_per_m3: f64, jet: Jet, flown: Flown, deepest_m: f64) -> WakeCache {
         WakeCache {
-            density_kg_per_m3,
-            jet,
-            flown,
-            deepest_m,
+            air: Air {
+                density_kg_per_m3,
+                jet,
+                flown,
+                deepest_m,
+            },
             known: Vec::new(),
         }
     }
 
     /// Of the air (kg/m³).
     pub(crate) fn density_kg_per_m3(&self) -> f64 {
-        self.density_kg_per_m3
+        self.air.density_kg_per_m3
     }
 
     /// Why the air cannot be judged below an airframe.
     pub(crate) fn beyond(&self, airframe: &Airframe) -> Option<String> {
-        self.flown.beyond(airframe, self.density_kg_per_m3)
+        self.air.flown.beyond(airframe, self.air.density_kg_per_m3)
     }
 
     /// The wake of an airframe that hovers at a mass (kg), and its discs.
@@ -343,22 +367,64 @@ impl WakeCache {
     ) -> (Arc<BoundedWake>, Arc<DiscPoints>) {
         let known = self.known.iter().position(|it| it.airframe == *airframe);
         let index = known.unwrap_or_else(|| {
-            let (bare_kg, density) = (airframe.mass_kg(), self.density_kg_per_m3);
-            let plain = Wake::new(airframe, bare_kg, density, &self.jet);
-            let bare = BoundedWake::new(self.flown.wake(&plain), self.deepest_m);
+            let Air {
+                density_kg_per_m3,
+                jet,
+                flown,
+                deepest_m,
+            } = self.air;
+            let bare_kg = airframe.mass_kg();
+            let bare = self.latest(airframe, bare_kg, || {
+                let plain = Wake::new(airframe, bare_kg, density_kg_per_m3, &jet);
+                BoundedWake::new(flown.wake(&plain), deepest_m)
+            });
             self.known.push(Known {
                 airframe: airframe.clone(),
                 discs: Arc::new(airframe.disc_points()),
-                wakes: vec![(bare_kg, Arc::new(bare))],
+                wakes: vec![(bare_kg, bare)],
             });
             self.known.len() - 1
         });
-        let Known { discs, wakes, .. } = &mut self.known[index];
-        let same = wakes.iter().position(|(known_kg, _)| *known_kg == mass_kg);
-        let same = same.unwrap_or_else(|| {
-            wakes.push((mass_kg, Arc::new(wakes[0].1.with_mass(mass_kg))));
-            wakes.len() - 1
+        let wakes = &self.known[index].wakes;
+        let same = wakes.iter().find(|(known_kg, _)| *known_kg == mass_kg);
+        let wake = match same {
+            Some((_, wake)) => Arc::clone(wake),
+            None => {
+                let bare = &wakes[0].1;
+                let wake = self.latest(airframe, mass_kg, || bare.with_mass(mass_kg));
+                self.known[index].wakes.push((mass_kg, Arc::clone(&wake)));
+                wake
+            }
+        };
+        (wake, Arc::clone(&self.known[index].discs))
+    }
+
+    /// A wake in this air, made unless it is one of the latest.
+    fn latest(
+        &self,
+        airframe: &Airframe,
+        mass_kg: f64,
+        make: impl FnOnce() -> BoundedWake,
+    ) -> Arc<BoundedWake> {
+        let latest = || LATEST.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_it =
+            |it: &Made| it.mass_kg == mass_kg && it.airframe == *airframe && it.air == self.air;
+        let known = (latest().iter())
+            .find(|it| is_it(it))
+            .map(|it| Arc::clone(&it.wake));
+        // Not under the lock: it is made on all threads, which may want one as well.
+        let wake = known.unwrap_or_else(|| Arc::new(make()));
+        let mut latest = latest();
+        latest.retain(|it| !is_it(it));
+        if latest.len() == KEPT {
+            latest.pop_front();
+        }
+        latest.push_back(Made {
+            air: self.air,
+            airframe: airframe.clone(),
+            mass_kg,
+            wake: Arc::clone(&wake),
         });
-        (Arc::clone(&wakes[same].1), Arc::clone(discs))
+        wake
     }
 }
