@@ -127,7 +127,7 @@ fn every_answer_to_a_random_world_is_safe_true_and_takes_seconds() {
     };
     let mut wrong: Vec<_> = thread::scope(|scope| {
         let cores = thread::available_parallelism().map_or(1, NonZero::get);
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(&some)).collect();
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(some)).collect();
         let wrong = workers.into_iter().flat_map(|it| it.join().unwrap());
         wrong.collect()
     });
