@@ -111,20 +111,22 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         Exclusion::Air { alpha, .. } => Some((alpha * 100.0).ceil() / 100.0),
         _ => None,
     };
-    let help = match (fix, enough) {
-        (Some(fix), Some(enough)) => format!("{fix}, or raise its air_limit to {enough:.2}"),
-        (Some(fix), None) => fix,
-        (None, Some(enough)) => {
+    let smaller = match conflict.why {
+        Exclusion::Bodies { tracking_m, .. } => tracking_m,
+        _ => None,
+    };
+    let smaller = smaller.map(|m| format!("with planning: (tracking_m: {m}) all are planned"));
+    let help = match (fix, enough, smaller) {
+        (Some(fix), Some(enough), _) => format!("{fix}, or raise its air_limit to {enough:.2}"),
+        (Some(fix), None, Some(smaller)) => format!("{fix}; {smaller}"),
+        (Some(fix), None, None) => fix,
+        (None, Some(enough), _) => {
             format!("move {name} or {with}, or raise the air_limit of {name} to {enough:.2}")
         }
-        (None, None) => format!("no free place for {name} is near: move {with}"),
-    };
-    let help = match conflict.why {
-        Exclusion::Bodies {
-            tracking_m: Some(bears_m),
-            ..
-        } => format!("{help}; with planning: (tracking_m: {bears_m}) all are planned"),
-        _ => help,
+        (None, None, Some(smaller)) => smaller,
+        (None, None, None) => {
+            format!("no place near is known for {name} with which all are planned: move {with}")
+        }
     };
     ConflictEntry {
         drone: name.clone(),
@@ -227,6 +229,9 @@ mod tests {
             "{}",
             entry.detail
         );
-        assert_eq!(entry.help, "no free place for m1 is near: move k4");
+        assert_eq!(
+            entry.help,
+            "no place near is known for m1 with which all are planned: move k4"
+        );
     }
 }

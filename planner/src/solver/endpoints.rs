@@ -70,12 +70,37 @@ impl Exclusions {
         }
     }
 
-    /// Leaves of the tracking margins only one, the least, where the fleet `is_planned` with it.
+    /// Leaves of the tracking margins only one with which the fleet `is_planned`: the least, half
+    /// of it, for who stands just so far apart cannot move, or none at all.
     pub(crate) fn confirm_tracking(&mut self, is_planned: impl Fn(f64) -> bool) {
         let least_m = self.bearable_m().filter_map(|it| *it).reduce(f64::min);
-        let least_m = least_m.filter(|least_m| is_planned(*least_m));
+        // To the millimetre, downwards: it is typed back.
+        let halved_m = |least_m: f64| (0.5e3 * least_m).floor() / 1e3;
+        let smaller_m = least_m.map(|least_m| [least_m, halved_m(least_m), 0.0]);
+        let enough_m = (smaller_m.into_iter().flatten()).find(|it| is_planned(*it));
         for bears_m in self.bearable_m() {
-            *bears_m = bears_m.and(least_m);
+            *bears_m = bears_m.and(enough_m);
+        }
+    }
+
+    /// Proposes places only where the world in which all move to them `is_planned`.
+    pub(crate) fn confirm_moves(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
+        let EndpointConflicts { worst, more } = &mut self.conflicts;
+        let mut moved = world.clone();
+        let mut all_move = *more == 0;
+        for conflict in worst.iter() {
+            let drone = &mut moved.drones[conflict.drone];
+            let place_m = match (conflict.when, drone.tasks.last_mut()) {
+                (EndpointKind::Goals, Some(task)) => &mut task.to_m,
+                _ => &mut drone.start_m,
+            };
+            match conflict.nearest_fix_m {
+                Some(fix_m) => *place_m = fix_m,
+                None => all_move = false,
+            }
+        }
+        if !all_move || !is_planned(&moved) {
+            worst.iter_mut().for_each(|it| it.nearest_fix_m = None);
         }
     }
 }

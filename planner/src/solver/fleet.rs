@@ -176,6 +176,7 @@ pub(crate) fn by_open_rules<'a>(
         }
         (None, Some((world, mut endpoints))) => {
             endpoints.confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
+            endpoints.confirm_moves(world, |moved| is_planned(moved, control));
             Err(endpoints.conflicts)
         }
         (None, None) => unreachable!("nothing limits the states of the last run"),
@@ -233,8 +234,9 @@ fn by_rules<'a>(
 
 /// Larger fleets are not planned to see whether a smaller margin would do: chosen here.
 const MOST_CONFIRMED: usize = 200;
-/// States of that: chosen here, some seconds of work.
-const MOST_EXPANSIONS_CONFIRMED: u64 = 60_000;
+/// States of that, smooth and straight: chosen here, some seconds of work.
+const MOST_SMOOTH_EXPANSIONS_CONFIRMED: u64 = 60_000;
+const MOST_EXPANSIONS_CONFIRMED: u64 = 400_000;
 
 /// Whether all of a fleet are planned with a smaller tracking margin (m).
 fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> bool {
@@ -243,17 +245,19 @@ fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> boo
     tracking_m < world.planning.margins.tracking_m && is_planned(&changed, control)
 }
 
-/// Whether all of a fleet are planned, by its own rules or relaxed ones.
+/// Whether all of a fleet are planned by the last of the rules that it leaves open.
 fn is_planned(world: &World, control: &Control<'_>) -> bool {
     if world.drones.len() > MOST_CONFIRMED || (control.stop)() {
         return false;
     }
-    let is_planned = |world: &World| {
-        let most = MOST_EXPANSIONS_CONFIRMED;
-        let tried = tried(world, control, most, &mut Effort::default());
-        tried.is_some_and(|paths| paths.unplanned.is_empty())
+    let relaxed = world.relaxed();
+    let world = relaxed.as_ref().unwrap_or(world);
+    let most = match world.planning.motion {
+        PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS_CONFIRMED,
+        PathMotion::Straight => MOST_EXPANSIONS_CONFIRMED,
     };
-    is_planned(world) || world.relaxed().is_some_and(|it| is_planned(&it))
+    let tried = tried(world, control, most, &mut Effort::default());
+    tried.is_some_and(|paths| paths.unplanned.is_empty())
 }
 
 /// Paths of a whole fleet within so many states, none of them better than the first that are found;
