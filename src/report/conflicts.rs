@@ -89,6 +89,7 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
             air_mps,
             alpha,
             limit,
+            ..
         } => (
             format!("`{name}` {verb} in the downwash of `{with}`"),
             format!(
@@ -106,25 +107,19 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         ),
     };
     let fix = conflict.nearest_fix_m.map(|to| step(name, &here, &to));
-    let enough = match conflict.why {
-        // To two decimals, upwards: the limit that just allows it.
-        Exclusion::Air { alpha, .. } => Some((alpha * 100.0).ceil() / 100.0),
-        _ => None,
-    };
-    let smaller = match conflict.why {
-        Exclusion::Bodies { tracking_m, .. } => tracking_m,
-        _ => None,
-    };
-    let smaller = smaller.map(|m| format!("with planning: (tracking_m: {m}) all are planned"));
-    let help = match (fix, enough, smaller) {
-        (Some(fix), Some(enough), _) => format!("{fix}, or raise its air_limit to {enough:.2}"),
-        (Some(fix), None, Some(smaller)) => format!("{fix}; {smaller}"),
-        (Some(fix), None, None) => fix,
-        (None, Some(enough), _) => {
-            format!("move {name} or {with}, or raise the air_limit of {name} to {enough:.2}")
+    let rule = match conflict.why {
+        Exclusion::Air { enough, .. } => enough.map(|limit| {
+            format!("with the air_limit of {name} raised to {limit:.2} all are planned")
+        }),
+        Exclusion::Bodies { tracking_m, .. } => {
+            tracking_m.map(|m| format!("with planning: (tracking_m: {m}) all are planned"))
         }
-        (None, None, Some(smaller)) => smaller,
-        (None, None, None) => {
+        Exclusion::Column | Exclusion::Zone { .. } => None,
+    };
+    let help = match (fix, rule) {
+        (Some(fix), Some(rule)) => format!("{fix}; {rule}"),
+        (Some(way), None) | (None, Some(way)) => way,
+        (None, None) => {
             format!("no place near is known for {name} with which all are planned: move {with}")
         }
     };
@@ -193,6 +188,7 @@ mod tests {
                 air_mps: 4.6,
                 alpha: 0.618,
                 limit: 0.3,
+                enough: Some(0.62),
             },
             nearest_fix_m: Some(Point3::new(5.0, 7.4, 1.0)),
         };
@@ -204,7 +200,7 @@ mod tests {
         );
         assert_eq!(
             entry.help,
-            "move k4 1.4 m sideways (to (5, 7.4, 1)), or raise its air_limit to 0.62"
+            "move k4 1.4 m sideways (to (5, 7.4, 1)); with the air_limit of k4 raised to 0.62 all are planned"
         );
     }
 

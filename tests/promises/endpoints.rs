@@ -131,6 +131,57 @@ fn all_that_is_advised_can_be_done_together() {
 }
 
 #[test]
+fn what_is_advised_to_mend_starts_was_planned() {
+    let plan = |world: &World| planner::plan_world(world, &planner::Control::QUIET).unwrap();
+    let is_planned = |world: &World| matches!(plan(world), planner::Outcome::Safe(_));
+    for offset_m in [[0.59, 0.0, 0.0], [0.1, 0.0, -0.6], [0.2, 0.0, -3.0]] {
+        let broken = pair(offset_m);
+        let planner::Outcome::Infeasible { conflicts } = plan(&broken) else {
+            panic!("planned at {offset_m:?}");
+        };
+        let conflict = only(&conflicts.worst);
+        let mut moved = broken.clone();
+        moved.drones[1].start_m = conflict.nearest_fix_m.expect("a place near");
+        assert!(is_planned(&moved));
+        let mut changed = broken;
+        match conflict.why {
+            Exclusion::Bodies { tracking_m, .. } => {
+                changed.planning.margins.tracking_m = tracking_m.expect("a margin that does");
+            }
+            Exclusion::Air { enough, .. } => {
+                changed.drones[1].air_limit = enough.expect("a limit that does");
+            }
+            _ => continue,
+        }
+        assert!(is_planned(&changed), "{:?}", conflict.why);
+    }
+}
+
+#[test]
+fn nothing_is_advised_for_starts_that_was_not_planned() {
+    // Two whose starts alone could be mended, and a third that is walled in.
+    let text = r#"Scenario(name: "walled", bounds_m: (min: (0, 0, 0), max: (20, 20, 8)),
+        obstacles: [
+          (name: "west", min_m: (14, 14, 0), max_m: (15, 19, 8)), (name: "east", min_m: (18, 14, 0), max_m: (19, 19, 8)),
+          (name: "south", min_m: (15, 14, 0), max_m: (18, 15, 8)), (name: "north", min_m: (15, 18, 0), max_m: (18, 19, 8)),
+        ],
+        drones: [
+          (name: "a", airframe: "offboard-2", start_m: (5, 5, 6), tasks: [(to_m: (5, 15, 6))]),
+          (name: "b", airframe: "offboard-2", start_m: (5.2, 5, 3), tasks: [(to_m: (10, 15, 3))]),
+          (name: "c", airframe: "offboard-2", start_m: (10, 2, 3), tasks: [(to_m: (16.5, 16.5, 3))]),
+        ])"#;
+    let world = planner::read_world(text).unwrap();
+    assert!(only(&check(&world)).nearest_fix_m.is_some());
+    let outcome = planner::plan_world(&world, &planner::Control::QUIET).unwrap();
+    let planner::Outcome::Infeasible { conflicts } = outcome else {
+        panic!("{outcome:?}");
+    };
+    let conflict = only(&conflicts.worst);
+    assert_eq!(conflict.nearest_fix_m, None);
+    assert!(matches!(conflict.why, Exclusion::Air { enough: None, .. }));
+}
+
+#[test]
 fn landed_starts_have_no_wake_and_no_limit() {
     let mut below = pair([0.2, 0.0, -3.0]);
     below.drones[1].at_start = AtStart::Landed;

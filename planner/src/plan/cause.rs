@@ -231,6 +231,9 @@ pub enum Exclusion {
         alpha: f64,
         /// The drone's limit.
         limit: f64,
+        /// Another that it bears this with: planned, with all drones that are in another's air as
+        /// they bear it.
+        enough: Option<f64>,
     },
     /// The drone's wake reaches into a zone.
     Zone {
@@ -460,11 +463,18 @@ impl fmt::Display for GoalConflict {
                 air_mps,
                 alpha,
                 limit,
-            } => write!(
-                f,
-                "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, \
-                 alpha {alpha:.2}, its limit is {limit:.2}"
-            ),
+                enough,
+            } => {
+                write!(
+                    f,
+                    "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, \
+                     alpha {alpha:.2}, its limit is {limit:.2}"
+                )?;
+                match enough {
+                    Some(enough) => write!(f, " (with air_limit: {enough:.2} it is planned)"),
+                    None => Ok(()),
+                }
+            }
             Exclusion::Zone { air_mps, limit_mps } => write!(
                 f,
                 "downwash from the goal of `{drone}` reaches {air_mps:.1} m/s in {with}, \

@@ -38,6 +38,13 @@ const MOST_KEPT: usize = 1 << 20;
 /// the air is not asked about. Both chosen here: no way out of such a crowd is by one drone.
 const CROWD: usize = 64;
 
+/// What the air that drones are in is raised by in turn until the fleet is planned: chosen here,
+/// drones meet more on their way.
+const RAISES: [f64; 3] = [1.0, 1.1, 1.25];
+/// How many times as far as to the nearest place that is in order drones are moved in turn until
+/// the fleet is planned: chosen here, they need room to fly.
+const FARTHER: [f64; 3] = [1.0, 1.5, 2.0];
+
 /// One exclusion: of which drone, by what, and how.
 pub(crate) type Excluded = (usize, Blocker, Exclusion);
 
@@ -83,24 +90,76 @@ impl Exclusions {
         }
     }
 
-    /// Proposes places only where the world in which all move to them `is_planned`.
-    pub(crate) fn confirm_moves(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
+    /// Proposes limits of air for drones that are in another's wake, where nothing else excludes
+    /// any, and the world with all of them `is_planned`: the air itself, or somewhat more.
+    pub(crate) fn confirm_limits(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
         let EndpointConflicts { worst, more } = &mut self.conflicts;
-        let mut moved = world.clone();
-        let mut all_move = *more == 0;
-        for conflict in worst.iter() {
-            let drone = &mut moved.drones[conflict.drone];
-            let place_m = match (conflict.when, drone.tasks.last_mut()) {
-                (EndpointKind::Goals, Some(task)) => &mut task.to_m,
-                _ => &mut drone.start_m,
-            };
-            match conflict.nearest_fix_m {
-                Some(fix_m) => *place_m = fix_m,
-                None => all_move = false,
+        let exposed = |it: &EndpointConflict| match it.why {
+            Exclusion::Air { alpha, .. } => Some((it.drone, alpha)),
+            _ => None,
+        };
+        let exposed: Option<Vec<(usize, f64)>> = worst.iter().map(exposed).collect();
+        let Some(exposed) = exposed.filter(|all| *more == 0 && !all.is_empty()) else {
+            return;
+        };
+        let raised = |times: &f64| {
+            let mut raised = world.clone();
+            for &(drone, alpha) in &exposed {
+                let limit = &mut raised.drones[drone].air_limit;
+                // To two decimals, upwards: it is typed back.
+                *limit = limit.max((times * alpha * 100.0).ceil() / 100.0);
+            }
+            raised
+        };
+        let Some(planned) = RAISES.iter().map(raised).find(|it| is_planned(it)) else {
+            return;
+        };
+        let of_goals = self.goals.iter_mut().map(|(drone, _, why)| (*drone, why));
+        let of_worst = worst.iter_mut().map(|it| (it.drone, &mut it.why));
+        for (drone, why) in of_worst.chain(of_goals) {
+            if let Exclusion::Air { enough, .. } = why {
+                *enough = Some(planned.drones[drone].air_limit);
             }
         }
-        if !all_move || !is_planned(&moved) {
-            worst.iter_mut().for_each(|it| it.nearest_fix_m = None);
+    }
+
+    /// Proposes places only where the world in which all move to them `is_planned`: the nearest,
+    /// or as many times as far.
+    pub(crate) fn confirm_moves(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
+        let EndpointConflicts { worst, more } = &mut self.conflicts;
+        let moves = worst.iter().map(|it| it.nearest_fix_m);
+        let moves: Option<Vec<Point3<f64>>> = moves.collect();
+        worst.iter_mut().for_each(|it| it.nearest_fix_m = None);
+        let Some(moves) = moves.filter(|_| *more == 0) else {
+            return;
+        };
+        let bounds_m = &world.bounds_m;
+        let is_inside = |place_m: &Point3<f64>| {
+            (0..3).all(|k| (bounds_m.min[k]..=bounds_m.max[k]).contains(&place_m[k]))
+        };
+        let moved = |times: &f64| {
+            let mut moved = world.clone();
+            let mut places_m = Vec::with_capacity(moves.len());
+            for (conflict, nearest_m) in worst.iter().zip(&moves) {
+                let drone = &mut moved.drones[conflict.drone];
+                let before = &world.drones[conflict.drone];
+                let (place_m, from_m) = match (conflict.when, drone.tasks.last_mut()) {
+                    (EndpointKind::Goals, Some(task)) => {
+                        (&mut task.to_m, before.tasks[before.tasks.len() - 1].to_m)
+                    }
+                    _ => (&mut drone.start_m, before.start_m),
+                };
+                // To the centimetre: it is typed back.
+                let to_m = from_m + *times * (nearest_m - from_m);
+                *place_m = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
+                places_m.push(*place_m);
+            }
+            places_m.iter().all(is_inside).then_some((moved, places_m))
+        };
+        let mut tried = FARTHER.iter().filter_map(moved);
+        if let Some((_, places_m)) = tried.find(|(moved, _)| is_planned(moved)) {
+            let all = worst.iter_mut().zip(places_m);
+            all.for_each(|(conflict, place_m)| conflict.nearest_fix_m = Some(place_m));
         }
     }
 }
@@ -244,6 +303,7 @@ fn exclusions(
         air_mps,
         alpha: air_mps / site.induced_velocity_mps,
         limit: site.air_limit,
+        enough: None,
     };
     let alone = near.iter();
     let alone = alone.map(|other| (other.drone, judge.air_mps(site, &[other])));

@@ -59,6 +59,8 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     }
     run.endpoints
         .confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
+    run.endpoints
+        .confirm_limits(world, |raised| is_planned(raised, control));
     let failures = failures(&Refusals {
         world,
         job: &run.job,
@@ -176,6 +178,7 @@ pub(crate) fn by_open_rules<'a>(
         }
         (None, Some((world, mut endpoints))) => {
             endpoints.confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
+            endpoints.confirm_limits(world, |raised| is_planned(raised, control));
             endpoints.confirm_moves(world, |moved| is_planned(moved, control));
             Err(endpoints.conflicts)
         }
