@@ -144,9 +144,9 @@ pub struct EndpointConflict {
     pub when: EndpointKind,
     /// How they exclude one another.
     pub why: Exclusion,
-    /// A place for `drone` near its endpoint that it may move to: one with which all of the fleet
-    /// were planned, each at its own; of goals one with which a drone was planned that is left out
-    /// for it. `None`: none is known.
+    /// A place for `drone` near its endpoint. Of an outcome: one with which all of the fleet were
+    /// planned, each at its own, or, of goals, a drone that is left out for it; of
+    /// [`crate::endpoint_conflicts`]: one where this pair is in order. `None`: none is known.
     pub nearest_fix_m: Option<Point3<f64>>,
 }
 
