@@ -1,6 +1,6 @@
 //! The whole flow: endpoints, roadmap, search, plan, verifier, and the same again without wakes.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg};
@@ -51,16 +51,17 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
     let world = run.world;
+    let trials = Trials::new(control);
     if let Some((changed, said)) = cell::with_room_to_pass(world)
         && !paths.unplanned.is_empty()
-        && is_planned(&changed, control)
+        && trials.is_planned(&changed)
     {
         notes.push(said);
     }
     run.endpoints
-        .confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
+        .confirm_tracking(|tracking_m| trials.is_planned_with(world, tracking_m));
     run.endpoints
-        .confirm_limits(world, |raised| is_planned(raised, control));
+        .confirm_limits(world, |raised| trials.is_planned(raised));
     let failures = failures(&Refusals {
         world,
         job: &run.job,
@@ -177,9 +178,10 @@ pub(crate) fn by_open_rules<'a>(
             Ok(best)
         }
         (None, Some((world, mut endpoints))) => {
-            endpoints.confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
-            endpoints.confirm_limits(world, |raised| is_planned(raised, control));
-            endpoints.confirm_moves(world, |moved| is_planned(moved, control));
+            let trials = Trials::new(control);
+            endpoints.confirm_tracking(|tracking_m| trials.is_planned_with(world, tracking_m));
+            endpoints.confirm_limits(world, |raised| trials.is_planned(raised));
+            endpoints.confirm_moves(world, |moved| trials.is_planned(moved));
             Err(endpoints.conflicts)
         }
         (None, None) => unreachable!("nothing limits the states of the last run"),
@@ -235,32 +237,57 @@ fn by_rules<'a>(
     })
 }
 
-/// Larger fleets are not planned to see whether a smaller margin would do: chosen here.
+/// Larger fleets are not planned to see whether something would help: chosen here.
 const MOST_CONFIRMED: usize = 200;
-/// States of that, smooth and straight: chosen here, some seconds of work.
+/// States of one such plan, smooth and straight, and how many of them are spent in all: chosen
+/// here, some seconds of work.
 const MOST_SMOOTH_EXPANSIONS_CONFIRMED: u64 = 60_000;
 const MOST_EXPANSIONS_CONFIRMED: u64 = 400_000;
+const MOST_PLANS_CONFIRMED: f64 = 3.0;
 
-/// Whether all of a fleet are planned with a smaller tracking margin (m).
-fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> bool {
-    let mut changed = world.clone();
-    changed.planning.margins.tracking_m = tracking_m;
-    tracking_m < world.planning.margins.tracking_m && is_planned(&changed, control)
+/// Plans that only show whether something would help.
+struct Trials<'a> {
+    control: &'a Control<'a>,
+    /// How many plans' states are left.
+    left: Cell<f64>,
 }
 
-/// Whether all of a fleet are planned by the last of the rules that it leaves open.
-fn is_planned(world: &World, control: &Control<'_>) -> bool {
-    if world.drones.len() > MOST_CONFIRMED || (control.stop)() {
-        return false;
+impl<'a> Trials<'a> {
+    fn new(control: &'a Control<'a>) -> Trials<'a> {
+        Trials {
+            control,
+            left: Cell::new(MOST_PLANS_CONFIRMED),
+        }
     }
-    let relaxed = world.relaxed();
-    let world = relaxed.as_ref().unwrap_or(world);
-    let most = match world.planning.motion {
-        PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS_CONFIRMED,
-        PathMotion::Straight => MOST_EXPANSIONS_CONFIRMED,
-    };
-    let tried = tried(world, control, most, &mut Effort::default());
-    tried.is_some_and(|paths| paths.unplanned.is_empty())
+
+    /// Whether all of a fleet are planned by the last of the rules that it leaves open.
+    fn is_planned(&self, world: &World) -> bool {
+        if world.drones.len() > MOST_CONFIRMED || (self.control.stop)() {
+            return false;
+        }
+        let relaxed = world.relaxed();
+        let world = relaxed.as_ref().unwrap_or(world);
+        let whole = match world.planning.motion {
+            PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS_CONFIRMED,
+            PathMotion::Straight => MOST_EXPANSIONS_CONFIRMED,
+        } as f64;
+        let most = (whole * self.left.get().min(1.0)) as u64;
+        if most == 0 {
+            return false;
+        }
+        let mut effort = Effort::default();
+        let tried = tried(world, self.control, most, &mut effort);
+        let spent = effort.expansions as f64 / whole;
+        self.left.set((self.left.get() - spent).max(0.0));
+        tried.is_some_and(|paths| paths.unplanned.is_empty())
+    }
+
+    /// The same with a smaller tracking margin (m).
+    fn is_planned_with(&self, world: &World, tracking_m: f64) -> bool {
+        let mut changed = world.clone();
+        changed.planning.margins.tracking_m = tracking_m;
+        tracking_m < world.planning.margins.tracking_m && self.is_planned(&changed)
+    }
 }
 
 /// Paths of a whole fleet within so many states, none of them better than the first that are found;
