@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::scenario::world::{AtEnd, AtStart, World};
+use crate::scenario::world::{AtEnd, AtStart, Drone, World};
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::checks::obstacle::TOUCH_M;
 use crate::verify::checks::zone::Downwash;
@@ -133,34 +133,33 @@ impl Exclusions {
         let Some(moves) = moves.filter(|_| *more == 0) else {
             return;
         };
-        let bounds_m = &world.bounds_m;
-        let is_inside = |place_m: &Point3<f64>| {
-            (0..3).all(|k| (bounds_m.min[k]..=bounds_m.max[k]).contains(&place_m[k]))
-        };
         let moved = |times: &f64| {
             let mut moved = world.clone();
-            let mut places_m = Vec::with_capacity(moves.len());
             for (conflict, nearest_m) in worst.iter().zip(&moves) {
                 let drone = &mut moved.drones[conflict.drone];
-                let before = &world.drones[conflict.drone];
-                let (place_m, from_m) = match (conflict.when, drone.tasks.last_mut()) {
-                    (EndpointKind::Goals, Some(task)) => {
-                        (&mut task.to_m, before.tasks[before.tasks.len() - 1].to_m)
-                    }
-                    _ => (&mut drone.start_m, before.start_m),
-                };
-                // To the centimetre: it is typed back.
+                let from_m = *endpoint(&mut world.drones[conflict.drone].clone(), conflict.when);
                 let to_m = from_m + *times * (nearest_m - from_m);
-                *place_m = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
-                places_m.push(*place_m);
+                // To the centimetre: it is typed back.
+                *endpoint(drone, conflict.when) = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
             }
-            places_m.iter().all(is_inside).then_some((moved, places_m))
+            moved
         };
-        let mut tried = FARTHER.iter().filter_map(moved);
-        if let Some((_, places_m)) = tried.find(|(moved, _)| is_planned(moved)) {
-            let all = worst.iter_mut().zip(places_m);
-            all.for_each(|(conflict, place_m)| conflict.nearest_fix_m = Some(place_m));
+        let mut tried = FARTHER.iter().map(moved);
+        let planned = tried.find(|moved| moved.check().is_ok() && is_planned(moved));
+        if let Some(mut planned) = planned {
+            for conflict in worst {
+                let drone = &mut planned.drones[conflict.drone];
+                conflict.nearest_fix_m = Some(*endpoint(drone, conflict.when));
+            }
         }
+    }
+}
+
+/// Where a drone starts, or ends (m).
+fn endpoint(drone: &mut Drone, when: EndpointKind) -> &mut Point3<f64> {
+    match (when, drone.tasks.last_mut()) {
+        (EndpointKind::Goals, Some(task)) => &mut task.to_m,
+        _ => &mut drone.start_m,
     }
 }
 
