@@ -159,8 +159,14 @@ pub(super) fn make(kind: &Sort, seed: u64) -> Made {
             .sum();
         // What memory takes off the weight of a law that is level over it.
         let norm = norm * (1.0 - kind.rho) / (1.0 + kind.rho);
+        // A rare law may have met no dwell.
+        let size = if norm > 0.0 {
+            kind.signal / norm.sqrt()
+        } else {
+            0.0
+        };
         for (residual, g) in made.residual.iter_mut().zip(&made.laws[0]) {
-            *residual += kind.signal * g / norm.sqrt();
+            *residual += size * g;
         }
     }
     for (residual, flow) in made.residual.iter_mut().zip(&made.flow) {

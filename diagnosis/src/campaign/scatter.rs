@@ -51,9 +51,8 @@ pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) ->
     let sequence = Sequence::new(&forces.times_s(), &series);
     let mut model = NoiseModel {
         s0: still.sd_n,
-        s1: 0.0,
-        rho: still.memory,
-        step_s,
+        memory_s: -step_s / still.memory.ln(),
+        ..NoiseModel::white(0.0)
     };
     model.s1 = per_force(&model, &sequence, &flow, &rest);
     let mut whitener = Whitener::new(&model, &sequence, &flow);

@@ -26,12 +26,7 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
     // Rounding alone: a uniform error of one step.
     let least_s0 = (resolution / 12.0_f64.sqrt()).max(1e-6);
     // With too few neighbours to tell, the residual's own spread.
-    let spread = NoiseModel {
-        s0: root_mean_square(&residual).max(least_s0),
-        s1: 0.0,
-        rho: 0.0,
-        step_s: 1.0,
-    };
+    let spread = NoiseModel::white(root_mean_square(&residual).max(least_s0));
     let model = estimate(&sequence, &residual, &flow, least_s0).unwrap_or(spread);
     Noise {
         whitener: Whitener::new(&model, &sequence, &flow),

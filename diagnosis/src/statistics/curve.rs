@@ -96,12 +96,7 @@ mod tests {
     fn a_root_is_followed_within_a_tenth_of_its_scatter() {
         let t_s: Vec<f64> = (0..1200).map(f64::from).collect();
         let sequence = Sequence::new(&t_s, &[0; 1200]);
-        let model = NoiseModel {
-            s0: 0.1,
-            s1: 0.0,
-            rho: 0.0,
-            step_s: 1.0,
-        };
+        let model = NoiseModel::white(0.1);
         let noise = Noise {
             whitener: Whitener::new(&model, &sequence, &[0.0; 1200]),
             blocks: Blocks::new(&sequence, &t_s),

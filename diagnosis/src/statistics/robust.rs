@@ -46,8 +46,10 @@ impl HuberScale {
         k: 2.0,
         mean: 0.920_51,
     };
-    /// Rounds of the fixed point, which settles geometrically.
+    /// Rounds of the fixed point, which settles geometrically, at most, and the share of itself
+    /// that it changes by when it has.
     const ROUNDS: usize = 60;
+    const SETTLED: f64 = 1e-6;
 
     /// Variance `v` with `Σ min(d², k² v h) = v E[min(z², k²)] Σ h` ("Proposal 2", Huber 1964, Ann.
     /// Math. Stat. 35:73), of squares `d²` that are expected to be `v h`; iterated from above. In
@@ -60,7 +62,11 @@ impl HuberScale {
         for _ in 0..Self::ROUNDS {
             let most = self.k * self.k * variance;
             let bounded = squares.clone().map(|(square, h)| square.min(most * h));
+            let before = variance;
             variance = bounded.sum::<f64>() / total / self.mean;
+            if (before - variance).abs() <= Self::SETTLED * variance {
+                break;
+            }
         }
         variance
     }

@@ -52,12 +52,7 @@ fn found(made: &Made, sd: f64) -> Vec<Found> {
         },
     ];
     let sequence = Sequence::new(&made.t_s, &vec![0; made.t_s.len()]);
-    let noise = NoiseModel {
-        s0: sd,
-        s1: 0.0,
-        rho: 0.0,
-        step_s: 1.0,
-    };
+    let noise = NoiseModel::white(sd);
     let noise = Noise {
         whitener: Whitener::new(&noise, &sequence, &made.u),
         blocks: Blocks::new(&sequence, &made.t_s),

@@ -83,12 +83,7 @@ fn missing_covariates_are_a_regime_of_their_own() {
 
 fn white_noise(t_s: &[f64]) -> Noise {
     let sequence = Sequence::new(t_s, &vec![0; t_s.len()]);
-    let noise = NoiseModel {
-        s0: 1.0,
-        s1: 0.0,
-        rho: 0.0,
-        step_s: 1.0,
-    };
+    let noise = NoiseModel::white(1.0);
     Noise {
         whitener: Whitener::new(&noise, &sequence, &vec![0.0; t_s.len()]),
         blocks: Blocks::new(&sequence, t_s),
