@@ -1,8 +1,12 @@
 //! What a speed probe makes of the air: magnitude, ambient, low-pass, gain and offset.
 //!
 //! ```text
-//! y = (1 + gain) · L[ √((U + W)² + V² + a²) ] + offset,      L: ẏ = (x - y)/τ
+//! y = (1 + gain) · L[ √((U + W)² + V² + a²) ] + offset
+//! L: ẋ₁ = (x - x₁)/τ₁ as its maker states it, then ẋ₂ = (x₁ - x₂)/τ₂ of whatever makes it slower
 //! ```
+//!
+//! Where a stretch of readings begins the probe has lagged behind air that nobody saw: its state is
+//! what it reads there.
 //!
 //! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the
 //! ambient speed from a magnitude makes a jet look up to 0.1 U_C weaker where the two are alike.
@@ -62,7 +66,7 @@ impl Seen {
     /// Looks around from all moments that some rows ask for.
     #[must_use]
     pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Seen {
-        let course = Course::new(probes, rows, probes.instrument.lowpass_tau_s);
+        let course = Course::new(probes, rows, 0.0);
         let moments = course.moments.iter().filter(|_| flow.is_prompt());
         let around = moments.map(|moment| flow.sightings(moment.t_s, moment.point_m));
         let around: Vec<Vec<Sighting>> = around.collect();
@@ -91,11 +95,9 @@ pub fn readings_mps(
     lag_s: f64,
 ) -> Vec<Option<f64>> {
     let measures = probes.instrument.measures;
-    // Two low-passes in a row are nearly one of the summed time constant.
-    let tau_s = probes.instrument.lowpass_tau_s + lag_s;
-    let known = seen.course.as_ref().filter(|known| known.tau_s == tau_s);
+    let known = seen.course.as_ref().filter(|_| lag_s == 0.0);
     let is_seen = known.is_some() && flow.is_prompt();
-    let own = known.is_none().then(|| Course::new(probes, rows, tau_s));
+    let own = known.is_none().then(|| Course::new(probes, rows, lag_s));
     let Some(course) = known.or(own.as_ref()) else {
         return Vec::new();
     };
@@ -112,36 +114,46 @@ pub fn readings_mps(
     let mut held: Option<Held> = None;
     let mut readings = Vec::with_capacity(rows.len());
     let mut from = 0;
-    for &to in &course.ends {
-        // Nothing to lag behind: the probe has come to rest in the air it is in.
-        let asked = if held.is_none() { to - 1..to } else { from..to };
-        for moment in asked {
-            let lags = |steady_mps| course.moments[moment].lags(held, steady_mps);
-            held = steady(moment).map(lags);
-            if held.is_none() {
-                break;
+    for (&to, &row) in course.ends.iter().zip(rows) {
+        if held.is_none() {
+            let begins = |steady_mps| Held {
+                steady_mps,
+                read_mps: match course.is_prompt() {
+                    true => [steady_mps; 2],
+                    false => [probes.samples[row].speed_mps; 2],
+                },
+            };
+            held = steady(to - 1).map(begins);
+        } else {
+            for moment in from..to {
+                let lags = |steady_mps| course.moments[moment].lags(held, steady_mps);
+                held = steady(moment).map(lags);
+                if held.is_none() {
+                    break;
+                }
             }
         }
         from = to;
-        readings.push(held.map(|held| held.read_mps));
+        readings.push(held.map(|held| held.read_mps[1]));
     }
     readings
 }
 
-/// The air at the last moment, and what the probe read of it.
+/// The air at the last moment, and what the probe made of it after one low-pass and after both.
 #[derive(Clone, Copy)]
 struct Held {
     steady_mps: f64,
-    read_mps: f64,
+    read_mps: [f64; 2],
 }
 
 /// Time constants after which a low-pass has forgotten: e^-8 is 0.0003.
 const MEMORY: f64 = 8.0;
 
-/// The moments at which readings through one low-pass ask for the air.
+/// The moments at which readings through the low-passes ask for the air.
 #[derive(Clone, Debug)]
 struct Course {
-    tau_s: f64,
+    /// As declared, and what comes on top.
+    taus_s: [f64; 2],
     /// In the order of time.
     moments: Vec<Moment>,
     /// Of each row, how many moments there are up to its own, the last of them.
@@ -154,7 +166,7 @@ struct Moment {
     t_s: f64,
     point_m: Point3<f64>,
     /// What is left of what was held the moment before; `None` where that is forgotten.
-    low_pass: Option<LowPass>,
+    low_passes: Option<[LowPass; 2]>,
 }
 
 /// A low-pass over one step, exact for air that changes linearly within it.
@@ -166,20 +178,29 @@ struct LowPass {
     kept: f64,
 }
 
+impl LowPass {
+    /// What comes out (m/s) after a step from what went in and came out before it to what goes in.
+    fn after(self, [before_mps, held_mps]: [f64; 2], now_mps: f64) -> f64 {
+        let behind_mps = (now_mps - before_mps) * self.tau_over_step;
+        let deviation_mps = held_mps - (before_mps - behind_mps);
+        now_mps - behind_mps + deviation_mps * self.kept
+    }
+}
+
 impl Moment {
     /// What is held when the air is this, after what was.
     fn lags(&self, before: Option<Held>, steady_mps: f64) -> Held {
-        let read_mps = self
-            .low_pass
-            .zip(before)
-            .map_or(steady_mps, |(it, before)| {
-                let behind_mps = (steady_mps - before.steady_mps) * it.tau_over_step;
-                let deviation_mps = before.read_mps - (before.steady_mps - behind_mps);
-                steady_mps - behind_mps + deviation_mps * it.kept
-            });
+        let Some(([declared, own], before)) = self.low_passes.zip(before) else {
+            return Held {
+                steady_mps,
+                read_mps: [steady_mps; 2],
+            };
+        };
+        let [first, second] = before.read_mps;
+        let through = declared.after([before.steady_mps, first], steady_mps);
         Held {
             steady_mps,
-            read_mps,
+            read_mps: [through, own.after([first, second], through)],
         }
     }
 }
@@ -189,20 +210,22 @@ impl Course {
     ///
     /// What air of an age `a` weighs in a reading falls as e^(-a/τ), and what a step of length `h`
     /// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
-    fn new(probes: &Probes, rows: &[usize], tau_s: f64) -> Course {
+    ///
+    /// `lag_s`: how much slower (s) they are than declared.
+    fn new(probes: &Probes, rows: &[usize], lag_s: f64) -> Course {
         let mut course = Course {
-            tau_s,
+            taus_s: [probes.instrument.lowpass_tau_s, lag_s],
             moments: Vec::with_capacity(rows.len()),
             ends: Vec::with_capacity(rows.len()),
         };
         let mut before: Option<ProbeSample> = None;
         for sample in rows.iter().map(|&row| probes.samples[row]) {
-            match before.filter(|_| tau_s > 0.0) {
+            match before.filter(|_| !course.is_prompt()) {
                 Some(from) => course.add(&from, &sample),
                 None => course.moments.push(Moment {
                     t_s: sample.t_s,
                     point_m: sample.position_m,
-                    low_pass: None,
+                    low_passes: None,
                 }),
             }
             course.ends.push(course.moments.len());
@@ -211,12 +234,18 @@ impl Course {
         course
     }
 
+    /// Whether readings follow the air at once.
+    fn is_prompt(&self) -> bool {
+        self.taus_s == [0.0; 2]
+    }
+
     /// From one sample to the next, through the air between them.
     fn add(&mut self, from: &ProbeSample, sample: &ProbeSample) {
-        let tau_s = self.tau_s;
+        let taus_s = self.taus_s;
+        let tau_s = taus_s[0] + taus_s[1];
         let whole_s = sample.t_s - from.t_s;
         let span_s = whole_s.min(MEMORY * tau_s);
-        let mut add = |age_s: f64, low_pass: Option<LowPass>| {
+        let mut add = |age_s: f64, low_passes: Option<[LowPass; 2]>| {
             let along = match age_s {
                 0.0 => 0.0,
                 _ => age_s / whole_s,
@@ -224,7 +253,7 @@ impl Course {
             self.moments.push(Moment {
                 t_s: sample.t_s - age_s,
                 point_m: sample.position_m + (from.position_m - sample.position_m) * along,
-                low_pass,
+                low_passes,
             });
         };
         if span_s < whole_s {
@@ -239,11 +268,11 @@ impl Course {
             // Its own moment to the last bit.
             let age_s = if step == 0 { 0.0 } else { age_s(step) };
             let step_s = age_before_s - age_s;
-            let low_pass = LowPass {
+            let low_passes = taus_s.map(|tau_s| LowPass {
                 tau_over_step: tau_s / step_s,
                 kept: (-step_s / tau_s).exp(),
-            };
-            add(age_s, Some(low_pass));
+            });
+            add(age_s, Some(low_passes));
             age_before_s = age_s;
         }
     }

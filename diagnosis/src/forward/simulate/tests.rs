@@ -244,7 +244,7 @@ fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
         t_s: f64::from(i) * 0.1,
         probe_id,
         position_m: Point3::new(0.1, 0.0, 3.0),
-        speed_mps: f64::from(i),
+        speed_mps: 0.0,
     };
     let samples = (0..900).flat_map(|i| [sample(7, i), sample(9, i)]);
     let emitter = vehicle(
@@ -254,7 +254,12 @@ fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
         Point3::new(-2.0, 0.0, 5.0),
         0.05,
     );
-    let recording = recording(vec![emitter], samples.collect(), 0.0);
+    let mut recording = recording(vec![emitter], samples.collect(), 0.0);
+    // A slow sensor begins from what it reads.
+    for sample in simulate(&recording).samples {
+        let probes = recording.probes.as_mut().expect("it has two");
+        probes.samples[sample.row].speed_mps = sample.simulated;
+    }
     let whole = Observed::of(&recording, None).expect("it has readings");
     assert!(whole.thinned(1800).is_none(), "no more than that");
     let (thinned, every) = whole.thinned(600).expect("more than that");
@@ -264,7 +269,7 @@ fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
     for series in [0, 1] {
         let own = thinned.samples.iter().zip(&thinned.series_of);
         let own = own.filter(|(_, of)| **of == series);
-        let places: Vec<usize> = own.map(|(sample, _)| sample.recorded as usize).collect();
+        let places: Vec<usize> = own.map(|(sample, _)| sample.row / 2).collect();
         places.iter().for_each(|place| phases[place % 3] += 1);
         let even = places.windows(2).filter(|pair| pair[1] - pair[0] == 3);
         assert!(
@@ -298,5 +303,41 @@ fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
     let carried = whole.carried(&thinned, &known);
     for (sample, t_s) in whole.samples.iter().zip(carried) {
         assert!((sample.t_s - t_s).abs() < 0.41, "{} from {t_s}", sample.t_s);
+    }
+}
+
+#[test]
+fn a_slow_probe_begins_from_what_it_reads_and_lags_behind_its_declared_low_pass() {
+    let sample = |i: u32| ProbeSample {
+        t_s: f64::from(i) * 0.1,
+        probe_id: 1,
+        position_m: Point3::new(5.0, 0.0, 1.0),
+        speed_mps: 2.0,
+    };
+    // Still air, and a reading that is left of a pass before the first sample.
+    let recording = recording(vec![above(3.0, 0.0)], (0..60).map(sample).collect(), 0.5);
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    for lag_s in [0.0, 1.2] {
+        let slow = Hypothesis {
+            sensor: Sensor {
+                lag_s,
+                ..Sensor::default()
+            },
+            ..Hypothesis::default()
+        };
+        for (sample, read_mps) in observed.samples.iter().zip(observed.predict(&slow)) {
+            // Both begin at what is read: ẋ₁ = -x₁/τ₁, ẋ₂ = (x₁ - x₂)/τ₂ over the ambient speed.
+            let left = |tau_s: f64| (-sample.t_s / tau_s).exp();
+            let left = match lag_s {
+                0.0 => left(0.5),
+                lag_s => (lag_s * left(lag_s) - 0.5 * left(0.5)) / (lag_s - 0.5),
+            };
+            let expected_mps = AMBIENT_MPS + (2.0 - AMBIENT_MPS) * left;
+            // The low-pass is taken as linear within a step.
+            assert!(
+                (read_mps - expected_mps).abs() < 0.02,
+                "{read_mps} of {expected_mps}"
+            );
+        }
     }
 }

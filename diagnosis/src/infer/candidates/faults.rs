@@ -106,7 +106,7 @@ const OFFSET_OF_RATIO: Fault = Fault {
     ..OFFSET
 };
 
-/// One low-pass; two in a row are its closure's error.
+/// One low-pass after the declared one; a single slower one in their place is its closure's error.
 pub(crate) const LAG: Fault = Fault {
     name: "sensor_lag",
     equation: "tau y' = x - y",
