@@ -172,7 +172,7 @@ fn beside(setting: &Setting, nothing: &Tried, best: &Tried) -> Vec<Tried> {
     promising(setting, best)
         .into_par_iter()
         .take(FITTED)
-        .filter_map(|k| {
+        .filter_map(|(_, k)| {
             let which = [&best.which[..], &[k]].concat();
             let beside = |start: &Vec<f64>| [&best.fit.values[..], start].concat();
             let starts = setting.candidates[k].starts.iter();
