@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use planner::Plan;
+use planner::plan::smoothing::Kernel;
 use planner::plan::{AirframeEntry, DronePlan};
 use planner::verify::examination::{Examination, examine};
 use serde::Serialize;
@@ -167,7 +168,11 @@ struct Figures {
     time_margin_s: f64,
     tracking_m: f64,
     clearance_m: f64,
+    /// Of the search, where the plan says so.
+    cell_m: Option<f64>,
     is_smooth: bool,
+    /// `T1 + T2` of the airframe that takes longest to change its velocity, where motion is smooth.
+    longest_kernel_s: Option<f64>,
     convection: Option<[f64; 2]>,
     superposition: String,
 }
@@ -200,10 +205,20 @@ fn figures(plan: &Plan, found: &Examination) -> Figures {
         time_margin_s: plan.margins.time_s,
         tracking_m: plan.margins.tracking_m,
         clearance_m: plan.clearance_m,
+        cell_m: plan.cell_m,
+        longest_kernel_s: plan.drones.iter().filter_map(kernel_s).reduce(f64::max),
         is_smooth: plan.drones.iter().any(|it| it.trajectory.is_smooth()),
         convection: plan.convection().map(|it| it.factors()),
         superposition: plan.air.superposition.clone(),
     }
+}
+
+/// `T1 + T2` (s) of a drone that flies smoothly within stated limits.
+fn kernel_s(drone: &DronePlan) -> Option<f64> {
+    let of = &drone.airframe;
+    let limits = of.max_acceleration_mps2.zip(of.max_jerk_mps3);
+    let (acceleration, jerk) = limits.filter(|_| drone.trajectory.is_smooth())?;
+    Some(2.0 * Kernel::new(of.max_speed_mps, acceleration, jerk).half_s())
 }
 
 /// Exit codes: 0 both are without violations, and all drones planned; 1: one is not.
@@ -316,11 +331,13 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
         number("time margin (s)", &|it| Some(it.time_margin_s), 3),
         number("tracking margin (m)", &|it| Some(it.tracking_m), 3),
         number("clearance (m)", &|it| Some(it.clearance_m), 3),
+        number("cells (m)", &|it| it.cell_m, 3),
         number(
             "smooth motion (1: yes)",
             &|it| Some(f64::from(u8::from(it.is_smooth))),
             0,
         ),
+        number("longest kernel (s)", &|it| it.longest_kernel_s, 2),
         number(
             "slowest air over the centreline's",
             &|it| convection(it, 0),

@@ -227,6 +227,7 @@ fn plans_of_different_scenarios_are_compared_with_a_remark_of_what_differs() {
     other["drones"][0]["airframe"] = "crazyflie-2.1".into();
     other["drones"][0]["trajectory"]["position_m"][0] = serde_json::json!([0, 6, 2]);
     other["drones"][1]["name"] = "third".into();
+    other["cell_m"] = 0.5.into();
     fs::write(folder.join("b.json"), other.to_string()).unwrap();
     let (_, told, errors) = run(folder, "compare a.json b.json --format json");
     let told: Value = serde_json::from_str(&told).expect(&errors);
@@ -235,12 +236,15 @@ fn plans_of_different_scenarios_are_compared_with_a_remark_of_what_differs() {
         "start": ["first"], "place": ["bounds"],
     });
     assert_eq!(told["differs"], differs);
+    assert_eq!(told["a"]["cell_m"], Value::Null);
+    assert_eq!(told["b"]["cell_m"], 0.5);
     let (_, told, _) = run(folder, "compare a.json b.json");
     for said in [
         "plans of different scenarios",
         "only in A: 1 drone, `second`",
         "only in B: 1 drone, `third`",
         "the place: other bounds",
+        "cells (m)",
     ] {
         assert!(told.contains(said), "{said}: {told}");
     }

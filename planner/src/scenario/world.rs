@@ -288,6 +288,7 @@ impl World {
             obstacles: self.obstacles.clone(),
             zones: self.zones.clone(),
             clearance_m: self.planning.clearance_m,
+            cell_m: Some(self.planning.cell_m),
             margins: self.planning.margins,
             drones,
             unplanned: Vec::new(),
