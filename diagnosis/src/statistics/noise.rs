@@ -18,8 +18,8 @@
 //!
 //! Mean squares are Huber's scale ("Proposal 2", Huber 1964, Ann. Math. Stat. 35:73), which a third
 //! of wild differences cannot carry away and which, unlike a median, does not jump with the
-//! resolution of the instrument. The whitener is the steady form of a Kalman filter (Kalman 1960,
-//! J. Basic Eng. 82:35) with the gust as its state.
+//! resolution of the instrument. The whitener is a Kalman filter (Kalman 1960, J. Basic Eng. 82:35)
+//! with the gust as its state.
 
 use nalgebra::{Matrix3, Vector3};
 
