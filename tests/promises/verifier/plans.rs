@@ -116,6 +116,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         obstacles: Vec::new(),
         zones: Vec::new(),
         clearance_m: 0.1,
+        cell_m: None,
         margins: Margins::default(),
         drones,
         unplanned: Vec::new(),
