@@ -238,6 +238,17 @@ fn a_drone_with_idle_rotors_does_not_blow() {
     assert_eq!(simulated.samples[0].simulated, AMBIENT_MPS);
 }
 
+/// A sensor that is so much slower (s) than declared, and nothing else.
+fn slow(lag_s: f64) -> Hypothesis {
+    Hypothesis {
+        sensor: Sensor {
+            lag_s,
+            ..Sensor::default()
+        },
+        ..Hypothesis::default()
+    }
+}
+
 #[test]
 fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
     let sample = |probe_id: u32, i: u32| ProbeSample {
@@ -283,13 +294,7 @@ fn a_thinned_recording_has_every_third_sample_of_each_probe_at_every_phase() {
     let mut looking = thinned.clone();
     looking.look();
     for lag_s in [0.0, 0.7] {
-        let slow = Hypothesis {
-            sensor: Sensor {
-                lag_s,
-                ..Sensor::default()
-            },
-            ..Hypothesis::default()
-        };
+        let slow = slow(lag_s);
         let all = whole.predict(&slow);
         assert_eq!(thinned.predict(&slow), looking.predict(&slow));
         for (sample, own) in thinned.samples.iter().zip(thinned.predict(&slow)) {
@@ -318,13 +323,7 @@ fn a_slow_probe_begins_from_what_it_reads_and_lags_behind_its_declared_low_pass(
     let recording = recording(vec![above(3.0, 0.0)], (0..60).map(sample).collect(), 0.5);
     let observed = Observed::of(&recording, None).expect("it has readings");
     for lag_s in [0.0, 1.2] {
-        let slow = Hypothesis {
-            sensor: Sensor {
-                lag_s,
-                ..Sensor::default()
-            },
-            ..Hypothesis::default()
-        };
+        let slow = slow(lag_s);
         for (sample, read_mps) in observed.samples.iter().zip(observed.predict(&slow)) {
             // Both begin at what is read: ẋ₁ = -x₁/τ₁, ẋ₂ = (x₁ - x₂)/τ₂ over the ambient speed.
             let left = |tau_s: f64| (-sample.t_s / tau_s).exp();
