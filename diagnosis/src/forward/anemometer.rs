@@ -5,8 +5,8 @@
 //! L: ẋ₁ = (x - x₁)/τ₁ as its maker states it, then ẋ₂ = (x₁ - x₂)/τ₂ of whatever makes it slower
 //! ```
 //!
-//! Where a stretch of readings begins the probe has lagged behind air that nobody saw: its state is
-//! what it reads there.
+//! Where a stretch of readings begins the probe has lagged behind air that is not known: its state
+//! is what it reads there.
 //!
 //! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the
 //! ambient speed from a magnitude makes a jet look up to 0.1 U_C weaker where the two are alike.

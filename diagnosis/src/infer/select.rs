@@ -54,12 +54,13 @@ const TIE_MOST_SHARE: f64 = 0.5;
 const TIE_SHARE: f64 = 0.04;
 const TIE_GAIN: f64 = 2.0;
 /// How many are paired with the best single, and how many singles among themselves; how many more
-/// are tried in the place of each of a chosen pair. Chosen here, for time. A pair is not fitted
-/// where the second promises less than half of the gain (12 in χ²) that it would need: from a start
-/// that points to the side half of it shows.
+/// are tried in the place of each of a chosen pair. Chosen here, for time.
 const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
 const RIVALS: usize = 3;
+/// Least promise (χ²) of a second with which a pair is fitted: half of what a term needs, since half
+/// of it shows from a start that points to the side.
+const LEAST_PROMISE: f64 = 0.5 * (2.0 * LEAST_GAIN);
 
 /// What trees over the covariates predict, held out, of what a fit leaves.
 #[must_use]
@@ -365,7 +366,7 @@ impl Search<'_> {
         let first = best.which[0];
         let mut wanted: Vec<[usize; 2]> = promising
             .filter(|&(promise, k)| {
-                promise > LEAST_GAIN && self.alone(k).is_some() && self.are_two(first, k)
+                promise > LEAST_PROMISE && self.alone(k).is_some() && self.are_two(first, k)
             })
             .take(PAIRED)
             .map(|(_, k)| [first, k])
@@ -376,7 +377,7 @@ impl Search<'_> {
                 let pair = [a.which[0], b.which[0]];
                 let promises = || {
                     let second = &self.setting.candidates[pair[1]];
-                    promise(self.setting, a, second) > LEAST_GAIN
+                    promise(self.setting, a, second) > LEAST_PROMISE
                 };
                 if self.are_two(pair[0], pair[1]) && !wanted.contains(&pair) && promises() {
                     wanted.push(pair);

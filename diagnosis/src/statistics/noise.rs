@@ -210,7 +210,7 @@ fn cells(sequence: &Sequence, residual: &[f64], flow: &[f64]) -> Option<Vec<Cell
 /// D̂/D)`. No `D` counts as less than `least`.
 fn fit(cells: &[Cell], least: f64, memory_s: f64, values: &mut Vector3<f64>) -> f64 {
     let parts = |cell: &Cell| {
-        let gone = 1.0 - (-cell.lag_s / memory_s.max(f64::MIN_POSITIVE)).exp();
+        let gone = 1.0 - kept(memory_s, cell.lag_s);
         Vector3::new(1.0, gone, gone * cell.flow2)
     };
     let parts: Vec<Vector3<f64>> = cells.iter().map(parts).collect();
@@ -274,10 +274,14 @@ impl NoiseModel {
         self.s0.hypot(self.s1 * flow)
     }
 
-    /// Share of a gust that is left after a while (s).
     fn kept(&self, while_s: f64) -> f64 {
-        (-while_s / self.memory_s.max(f64::MIN_POSITIVE)).exp()
+        kept(self.memory_s, while_s)
     }
+}
+
+/// Share of a gust with some memory (s) that is left after a while (s).
+fn kept(memory_s: f64, while_s: f64) -> f64 {
+    (-while_s / memory_s.max(f64::MIN_POSITIVE)).exp()
 }
 
 /// Takes scale and memory off values: what is left of noise has variance 1 and no correlation.
