@@ -58,8 +58,8 @@ const TIE_GAIN: f64 = 2.0;
 const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
 const RIVALS: usize = 3;
-/// Least promise (χ²) of a second with which a pair is fitted: half of what a term needs, since half
-/// of it shows from a start that points to the side.
+/// Least promise (χ²) of a second with which a pair is fitted: half of what a term needs, since
+/// half of it shows from a start that points to the side.
 const LEAST_PROMISE: f64 = 0.5 * (2.0 * LEAST_GAIN);
 
 /// What trees over the covariates predict, held out, of what a fit leaves.

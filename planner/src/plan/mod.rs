@@ -69,8 +69,8 @@ pub struct Plan {
     /// Gap kept between bodies and to obstacles, beyond the body radii (m).
     #[serde(default)]
     pub clearance_m: f64,
-    /// Edge of the cells that the search began on (m): paths that it does not find are looked for on
-    /// finer ones. Absent where no search is known.
+    /// Edge of the cells that the search began on (m): paths that it does not find are looked for
+    /// on finer ones. Absent where no search is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
     /// What the plan bears beyond what it says: absent in `plan/1`, which bears nothing.
