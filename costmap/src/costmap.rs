@@ -371,6 +371,11 @@ impl Costmap {
         for part in parts(leg) {
             judge(&part, verdict);
         }
+        self.judge_zones(leg, verdict);
+    }
+
+    /// Adds which zone a leg's wake is too strong for, alone or with others'.
+    pub fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
         if leg.flying && self.fleet.conditions().wakes {
             self.zones.judge(leg, self.wakes(), verdict);
         }

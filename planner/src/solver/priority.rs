@@ -449,7 +449,9 @@ fn plan_by_pibt(
         ..
     } = *problem;
     let steps = problem.steps.as_ref()?;
-    if problem.hopeless() > excluded.len() || job.roadmap.has_channels() {
+    // Those that step together ask the tables alone, which know of no zone.
+    let has_zones = costmap.has_air_limits_of_zones();
+    if problem.hopeless() > excluded.len() || job.roadmap.has_channels() || has_zones {
         return None;
     }
     let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();

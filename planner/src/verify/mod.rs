@@ -310,14 +310,11 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
             harm.worst_air_mps = harm.worst_air_mps.max(worst_mps);
         }
     }
-    let zones: Vec<Vec<_>> = (scene.zones.par_iter())
-        .map(|it| zone::on_time(&scene, it, Asked::Spans))
+    let zones: Vec<f64> = (scene.zones.par_iter())
+        .filter_map(|it| zone::worst_over_limit_mps(&scene, it))
         .collect();
-    for found in zones.iter().filter(|found| !found.is_empty()) {
-        harm.zones_over_limit += 1;
-        let values = found.iter().map(|(_, violation)| violation.value);
-        harm.worst_zone_air_mps = values.fold(harm.worst_zone_air_mps, f64::max);
-    }
+    harm.zones_over_limit = zones.len();
+    harm.worst_zone_air_mps = zones.into_iter().fold(0.0, f64::max);
     harm
 }
 

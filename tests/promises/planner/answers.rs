@@ -6,7 +6,7 @@ use planner::{Control, Outcome, Planned, plan_world};
 
 use super::worlds::{block, drone, room, task};
 use super::{assert_sound, planned};
-use planner::scenario::world::World;
+use planner::scenario::world::{World, Zone};
 
 #[test]
 fn starts_that_exclude_each_other_are_named_before_any_search() {
@@ -53,6 +53,39 @@ fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
     assert!(["upper", "lower"].contains(&plan.unplanned[0].name.as_str()));
     assert_eq!(plan.status, Status::Partial);
     assert_sound(&world, &plan);
+}
+
+#[test]
+fn a_fleet_whose_paths_are_found_by_tables_keeps_the_air_of_a_zone() {
+    // Two rows of eighteen fly from one side to the other and back, at one height.
+    let places = (0..36).map(|k| [1.5 + 2.0 * f64::from(k % 2), 2.5 + f64::from(2 * (k / 2))]);
+    let drones = places.enumerate().map(|(k, [x_m, y_m])| {
+        let (start_m, goal_m) = ([x_m, y_m, 5.5], [40.0 - x_m, y_m, 5.5]);
+        let ends_m = match k % 4 {
+            0 | 3 => [start_m, goal_m],
+            _ => [goal_m, start_m],
+        };
+        drone(&format!("d{k}"), "offboard-2", ends_m[0], ends_m[1])
+    });
+    let mut world = room([40.0, 40.0, 6.0], drones.collect());
+    let air_mps = |world: &World| {
+        let plan = planned(world);
+        assert!(plan.unplanned.is_empty(), "{:?}", plan.unplanned);
+        assert_sound(world, &plan);
+        plan.zone_air[0].worst_air_mps
+    };
+    let mut desk = Zone {
+        name: "desk".to_owned(),
+        min_m: [18.0, 15.0, 0.0].into(),
+        max_m: [22.0, 21.0, 2.0].into(),
+        air_limit_mps: Some(20.0),
+        keep_out: false,
+    };
+    world.zones = vec![desk.clone()];
+    assert!(air_mps(&world) > 3.0);
+    desk.air_limit_mps = Some(1.5);
+    world.zones = vec![desk];
+    assert!(air_mps(&world) < 1.5);
 }
 
 /// A corridor one drone wide and high, 12 m long between two rooms, with a bay in the middle for

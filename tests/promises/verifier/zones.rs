@@ -74,3 +74,32 @@ fn no_point_of_a_zone_has_more_air_than_is_said_to_be_most() {
         &with_limit(at_most_mps),
     );
 }
+
+#[test]
+fn below_many_drones_the_most_air_is_found_too() {
+    // Forty cross the floor in turn, each a little farther from the zone, and one comes late.
+    let crosses = |k: usize| {
+        let (begins_s, y_m) = (3.0 * k as f64, 1.0 + 0.9 * k as f64);
+        let [from_m, to_m] = [[1.0, y_m, 6.0], [39.0, y_m, 6.0]];
+        let knots = [(0.0, from_m), (begins_s, from_m), (begins_s + 19.0, to_m)];
+        drone(&format!("d{k}"), "offboard-2", &knots)
+    };
+    let mut drones: Vec<_> = (0..40).map(crosses).collect();
+    let [from_m, to_m] = [[20.0, 38.0, 5.0], [20.0, 2.0, 5.0]];
+    let knots = [(0.0, from_m), (150.0, from_m), (168.0, to_m)];
+    drones.push(drone("late", "offboard-2", &knots));
+    let zone = with_zone(plan(drones), [19.0, 9.0, 0.0], [21.0, 11.0, 2.0], 20.0);
+    let report = verify(&zone);
+    let air = &report.zone_air[0];
+    assert_eq!(air.worst_air_from.as_deref(), Some("late"));
+    let (found_mps, at_most_mps) = (air.worst_air_mps, air.at_most_mps.unwrap());
+    assert!(at_most_mps < 1.06 * found_mps, "{air:?}");
+    let with_limit = |limit_mps: f64| {
+        broken(zone.clone(), |plan| {
+            plan.zones[0].air_limit_mps = Some(limit_mps)
+        })
+    };
+    let of_zones = |plan: &planner::plan::Plan| kinds(plan).contains(&ViolationKind::Zone);
+    assert!(of_zones(&with_limit(0.98 * found_mps)));
+    assert!(!of_zones(&with_limit(at_most_mps)));
+}

@@ -23,6 +23,9 @@ use crate::graph::lattice::Lattice;
 /// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals
 /// of its own.
 const MOST_CLASSES: usize = 4;
+/// Up to so many drones are planned without among zones whose air is limited: chosen here, tables
+/// of four airframes take a second, and so does the plan of a small fleet.
+const MOST_AMONG_ZONES: usize = 30;
 /// Velocities that differ by no more are one (m/s): rounding.
 const SAME_MPS: f64 = 1e-6;
 /// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and
@@ -101,10 +104,10 @@ pub(crate) struct Pace {
 }
 
 impl Steps {
-    /// Tables for a fleet, and for the drone that else is in the costmap; `None` where zones limit
-    /// the air, where there are too many classes, or too much to tabulate.
+    /// Tables for a fleet, and for the drone that else is in the costmap; `None` where a few fly
+    /// among zones whose air is limited, where there are too many classes, or too much to tabulate.
     pub(crate) fn new(lattice: &Lattice, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
-        if costmap.has_air_limits_of_zones() {
+        if costmap.has_air_limits_of_zones() && agents.len() <= MOST_AMONG_ZONES {
             return None;
         }
         let mut classes = Vec::new();

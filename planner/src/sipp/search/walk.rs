@@ -669,9 +669,13 @@ impl<'a> Search<'a> {
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
-                for &full in self.refuted.full() {
+                let full = self.refuted.full();
+                if !full.is_empty() || costmap.has_air_limits_of_zones() {
                     for leg in self.doing(from, label) {
-                        memo.judge_against(costmap, full, &leg, verdict);
+                        for &full in full {
+                            memo.judge_against(costmap, full, &leg, verdict);
+                        }
+                        costmap.judge_zones(&leg, verdict);
                     }
                 }
             }

@@ -29,8 +29,8 @@ const VIOLATED: f64 = 1.005;
 /// order exceeds its limit by more. Chosen here: half as much again as is violated.
 const CLEARED: f64 = 1.0075;
 /// Steps in which the air is no more than this above the highest known are left, where that is only
-/// told: with [`CLEARED`] 5 %, chosen here.
-const TOLD: f64 = 1.04;
+/// told: with [`CLEARED`] 3 %, chosen here.
+const TOLD: f64 = 1.02;
 /// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
 /// is told to one step.
 const STEP_PATH_M: f64 = 0.1;
@@ -56,8 +56,9 @@ const FEWEST_PARTS: usize = 32;
 /// Air up to this is not searched further where it is only told (m/s): a closed hall drifts as
 /// fast, 0.06 to 0.12 m/s during the flights the jet was fitted to.
 pub(crate) const SLIGHTEST_MPS: f64 = 0.1;
-/// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
-const PARTS_TOLD: usize = 100;
+/// Parts searched in one step where the air is only told, chosen here: about a millisecond, as many
+/// as once the limit is broken.
+const PARTS_TOLD: usize = PARTS_ONCE_VIOLATED;
 /// Parts searched for one zone in all where the air is only told, and in a step once they are used
 /// up, chosen here: a second or two of work.
 const PARTS_TOLD_IN_ALL: usize = 1_000_000;
@@ -78,6 +79,9 @@ const FOREMOST: usize = 6;
 /// What the wakes of a part bring by its bounds counts this many times in that, chosen here: far
 /// more than air that left within [`Advected`]'s shortest span makes of it.
 const ROUNDING: f64 = 1.001;
+/// Wakes that together bring no more than this part of what is looked for count as a constant from
+/// then on: chosen here, well below what lies between [`VIOLATED`] and [`CLEARED`].
+const FAINT: f64 = 1e-3;
 /// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
 /// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
 /// more would help.
@@ -267,17 +271,17 @@ impl<'a> Late<'a> {
         self.air.downwash.extend(shifted);
         let (field, places_m, cost) = (&self.air.field, &self.air.places_m, self.air.cost);
         let (limit_mps, left) = (self.limit_mps, &mut self.left);
-        let is_late = |it: &&Downwash<'_>| matches!(it, Downwash::Shifted(_));
+        let is_late = |it: &&&Downwash<'_>| matches!(it, Downwash::Shifted(_));
         let mut is_over = false;
         self.air
             .walk(MOST_STEPS_TOLD, &mut |here, span_s, is_step| {
-                let is_together = here.iter().any(is_late) && !here.iter().all(is_late);
-                if !is_together {
-                    return ControlFlow::Continue(false);
+                let late = here.all.iter().filter(is_late).count();
+                if late == 0 || late == here.all.len() && !here.has_faint() {
+                    return ControlFlow::Continue(None);
                 }
                 if !is_step {
-                    let high_mps = field.together_mps(here, places_m, span_s);
-                    return ControlFlow::Continue(high_mps > CLEARED * limit_mps);
+                    let (_, halves) = field.divided(here, places_m, span_s, limit_mps);
+                    return ControlFlow::Continue(halves);
                 }
                 let decided = Above {
                     limit_mps,
@@ -290,7 +294,7 @@ impl<'a> Late<'a> {
                 is_over = found.peak.is_some();
                 match is_over {
                     true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(false),
+                    false => ControlFlow::Continue(None),
                 }
             });
         is_over
@@ -306,9 +310,11 @@ pub(crate) struct Told {
     pub(crate) at_most_mps: f64,
 }
 
-/// The highest air of a zone; `is_kept`: its limit is known to hold.
+/// The highest air of a zone; `is_kept`: its limit is known to hold. Always the span of time with
+/// the highest bound is divided, until none can have more than what was found.
 pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
     let air = ZoneAir::new(scene, zone);
+    let (field, places_m) = (&air.field, &air.places_m);
     let mut worst: Option<(Peak, usize)> = None;
     let mut left = PARTS_TOLD_IN_ALL;
     let mut at_most_mps = if air.downwash.is_empty() {
@@ -316,16 +322,49 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
     } else {
         FAINTEST_WAKE_MPS
     };
-    air.walk(MOST_STEPS_TOLD, &mut |here, span_s, is_step| {
+    let mut new: Vec<Stretch<'_, '_>> = (air.spans(MOST_STEPS_TOLD).into_iter())
+        .map(|(steps, here)| Stretch {
+            steps,
+            between: (0, steps.count),
+            here,
+        })
+        .collect();
+    // By upper bounds, of equal ones the first.
+    let mut stretches: Vec<Stretch<'_, '_>> = Vec::new();
+    let mut open: BinaryHeap<(u64, Reverse<usize>)> = BinaryHeap::new();
+    loop {
         let found_mps = worst.map_or(0.0, |(peak, _)| peak.air_mps);
         let known_mps = (TOLD * found_mps).max(SLIGHTEST_MPS / CLEARED);
-        if !is_step {
-            let high_mps = air.field.together_mps(here, &air.places_m, span_s);
-            let is_open = high_mps > CLEARED * known_mps;
-            if !is_open {
+        for it in new.drain(..) {
+            let span_s = it.steps.span_of_s(it.between);
+            let (high_mps, counting) = field.divided(&it.here, places_m, span_s, known_mps);
+            let Some(here) = counting else {
                 at_most_mps = at_most_mps.max(high_mps);
-            }
-            return ControlFlow::Continue(is_open);
+                continue;
+            };
+            open.push((high_mps.to_bits(), Reverse(stretches.len())));
+            stretches.push(Stretch { here, ..it });
+        }
+        let Some((bits, Reverse(number))) = open.pop() else {
+            break;
+        };
+        if f64::from_bits(bits) <= CLEARED * known_mps {
+            at_most_mps = at_most_mps.max(f64::from_bits(bits));
+            break;
+        }
+        let Stretch {
+            steps,
+            between: (from, until),
+            ref here,
+        } = stretches[number];
+        if until - from > 1 {
+            let middle = from + (until - from) / 2;
+            new.extend([(from, middle), (middle, until)].map(|between| Stretch {
+                steps,
+                between,
+                here: here.clone(),
+            }));
+            continue;
         }
         let above = Above {
             limit_mps: known_mps,
@@ -333,15 +372,14 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
             most_parts: (left / air.cost).clamp(FEWEST_PARTS_TOLD, PARTS_TOLD),
             is_decided: false,
         };
-        let found = air.field.search(here, &air.places_m, span_s, above);
+        let found = field.search(here, places_m, steps.span_of_s((from, until)), above);
         left = left.saturating_sub(air.cost * found.parts);
         at_most_mps = at_most_mps.max(found.at_most_mps);
         if let Some(peak) = found.peak {
-            let from = air.field.strongest(here, &peak).unwrap_or_default();
+            let from = field.strongest(&here.all, &peak).unwrap_or_default();
             worst = Some((peak, from));
         }
-        ControlFlow::Continue(false)
-    });
+    }
     let return_flow_mps = scene.flown.return_flow_mps;
     let worst = worst.map(|(peak, from)| (peak.air_mps + return_flow_mps, peak.t_s, from));
     let limit_mps = zone.air_limit_mps.filter(|_| is_kept);
@@ -353,6 +391,20 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
             false => 0.0,
         },
     }
+}
+
+/// The highest air of a zone over its limit with every drone on time (m/s); `None`: it is kept.
+pub(crate) fn worst_over_limit_mps(scene: &Scene<'_>, zone: &Zone) -> Option<f64> {
+    let limit_mps = zone.air_limit_mps?;
+    let Told { worst, at_most_mps } = worst(scene, zone, false);
+    let worst_mps = worst.map_or(0.0, |(air_mps, _, _)| air_mps);
+    if worst_mps > VIOLATED * limit_mps {
+        return Some(worst_mps);
+    }
+    // In between only a closer look tells.
+    let found = || on_time(scene, zone, Asked::IsKept);
+    let found = (at_most_mps > limit_mps).then(found)?;
+    found.first().map(|(_, violation)| violation.value)
 }
 
 /// The spans over the limit of a zone (m/s).
@@ -371,8 +423,8 @@ fn over_limit(
     };
     air.walk(MOST_STEPS, &mut |here, span_s, is_step| {
         if !is_step {
-            let high_mps = air.field.together_mps(here, &air.places_m, span_s);
-            return ControlFlow::Continue(high_mps > CLEARED * limit_mps);
+            let (_, halves) = air.field.divided(here, &air.places_m, span_s, limit_mps);
+            return ControlFlow::Continue(halves);
         }
         let decided = Above {
             limit_mps,
@@ -383,11 +435,11 @@ fn over_limit(
         let step = air.field.search(here, &air.places_m, span_s, decided);
         left = left.saturating_sub(air.cost * step.parts);
         let Some(peak) = step.peak else {
-            return ControlFlow::Continue(false);
+            return ControlFlow::Continue(None);
         };
         let before = parts.len();
         join(&mut parts, span_s);
-        let from = air.field.strongest(here, &peak).unwrap_or_default();
+        let from = air.field.strongest(&here.all, &peak).unwrap_or_default();
         if parts.len() > before {
             worst.push((peak, from));
         } else if let Some(known) = worst.last_mut()
@@ -396,7 +448,7 @@ fn over_limit(
             *known = (peak, from);
         }
         match asked {
-            Asked::Spans => ControlFlow::Continue(false),
+            Asked::Spans => ControlFlow::Continue(None),
             Asked::IsKept => ControlFlow::Break(()),
         }
     });
@@ -447,53 +499,128 @@ impl<'a> ZoneAir<'a> {
         }
     }
 
-    /// Shows the spans of time, with the wakes that are there, and then, wherever a span has to be
-    /// divided, its halves, down to steps short enough for every drone, in order of time.
-    fn walk(&self, most: f64, visit: Visit<'_, 'a>) {
+    /// Spans of time with the wakes that are there, in order, each in steps short enough for every
+    /// drone, as far as there are no more than so many.
+    fn spans<'d>(&'d self, most: f64) -> Vec<(Steps, Together<'d, 'a>)> {
         let spans_s: Vec<Span> = self.downwash.iter().map(Downwash::span_s).collect();
         let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
         let mut cuts_s: Vec<f64> = cuts_s.collect();
         cuts_s.push(self.rests_s);
         cuts_s.sort_by(f64::total_cmp);
         cuts_s.dedup();
-        let at = |under_way: &[usize]| -> Vec<&Downwash<'a>> {
+        let at = |under_way: &[usize]| -> Vec<&'d Downwash<'a>> {
             under_way.iter().map(|&k| &self.downwash[k]).collect()
         };
         let between = between(&cuts_s, &spans_s);
         let between = between.iter().map(|(span_s, here)| (*span_s, at(here)));
-        let between: Vec<(Span, Vec<&Downwash<'a>>)> = between.collect();
+        let between: Vec<(Span, Vec<&'d Downwash<'a>>)> = between.collect();
         let path_m =
             |span_s: Span, here: &[&Downwash<'_>]| fastest_mps(here) * (span_s.1 - span_s.0);
         let paths_m = between.iter().map(|(span_s, here)| path_m(*span_s, here));
         let step_m = STEP_PATH_M.max(paths_m.sum::<f64>() / most);
-        for (span_s, here) in &between {
-            let count = (path_m(*span_s, here) / step_m).ceil().max(1.0);
-            let steps = Steps {
-                here,
-                span_s: *span_s,
-                count: count as u64,
+        let in_steps = |(span_s, here): (Span, Vec<&'d Downwash<'a>>)| {
+            let count = (path_m(span_s, &here) / step_m).ceil().max(1.0) as u64;
+            let together = Together {
+                all: here,
+                faint: (0.0, 0.0),
             };
-            if !here.is_empty() && steps.walk((0, steps.count), visit).is_break() {
+            (Steps { span_s, count }, together)
+        };
+        let in_steps = between.into_iter().map(in_steps);
+        in_steps.filter(|(_, it)| !it.all.is_empty()).collect()
+    }
+
+    /// Shows these spans, and wherever one has to be divided, its halves, down to steps, in order
+    /// of time, with the wakes that count there.
+    fn walk<'d>(&'d self, most: f64, visit: Visit<'_, 'd, 'a>) {
+        for (steps, here) in self.spans(most) {
+            if steps.walk(&here, (0, steps.count), visit).is_break() {
                 return;
             }
         }
     }
 }
 
-/// What is done with the wakes that are there during a span of time, and whether that is a step,
-/// which is not divided: true where its halves are to be shown; a break ends it.
-type Visit<'v, 'a> = &'v mut dyn FnMut(&[&Downwash<'a>], Span, bool) -> ControlFlow<(), bool>;
+/// Some of the steps of one of [`ZoneAir::spans`], with the wakes that count there.
+#[derive(Clone)]
+struct Stretch<'d, 'a> {
+    steps: Steps,
+    /// From which step until which.
+    between: (u64, u64),
+    here: Together<'d, 'a>,
+}
 
-/// A span of time during which the same wakes are there, in steps.
-struct Steps<'s, 'a> {
-    here: &'s [&'s Downwash<'a>],
+/// What is done with the wakes that are there during a span of time, and whether that is a step,
+/// which is not divided: those that count in its halves, where these are to be shown; a break ends
+/// it.
+type Visit<'v, 'd, 'a> =
+    &'v mut dyn FnMut(&Together<'d, 'a>, Span, bool) -> ControlFlow<(), Option<Together<'d, 'a>>>;
+
+/// The wakes that count during a span of time, and what those do that are too faint to be looked
+/// at.
+#[derive(Clone)]
+struct Together<'d, 'a> {
+    all: Vec<&'d Downwash<'a>>,
+    /// An upper bound of the faint ones: from above, gathered, and along the floor (m/s).
+    faint: (f64, f64),
+}
+
+impl<'d, 'a> From<&[&'d Downwash<'a>]> for Together<'d, 'a> {
+    /// None of them is faint yet.
+    fn from(all: &[&'d Downwash<'a>]) -> Together<'d, 'a> {
+        Together {
+            all: all.to_vec(),
+            faint: (0.0, 0.0),
+        }
+    }
+}
+
+impl<'d, 'a> Together<'d, 'a> {
+    /// Whether some were left out for being faint.
+    fn has_faint(&self) -> bool {
+        self.faint != (0.0, 0.0)
+    }
+
+    /// Those that are left without the faintest, as many as bring no more than this together (m/s),
+    /// by upper bounds of each from above and along the floor (m/s).
+    fn without_faint(
+        &self,
+        how: Superposition,
+        highs: &[(f64, f64)],
+        most_mps: f64,
+    ) -> Together<'d, 'a> {
+        let alone_mps = |k: usize| highs[k].0.hypot(highs[k].1);
+        let mut faintest: Vec<usize> = (0..highs.len()).collect();
+        faintest.sort_by(|a, b| alone_mps(*a).total_cmp(&alone_mps(*b)));
+        let mut faint = self.faint;
+        let mut stays = vec![true; highs.len()];
+        for k in faintest {
+            let (above_mps, along_mps) = highs[k];
+            let with = (how.gather(faint.0, above_mps), faint.1 + along_mps);
+            if how.finish(with.0).hypot(with.1) > most_mps {
+                break;
+            }
+            (faint, stays[k]) = (with, false);
+        }
+        let all = self.all.iter().zip(stays);
+        let all = all.filter(|(_, stays)| *stays).map(|(it, _)| *it);
+        Together {
+            all: all.collect(),
+            faint,
+        }
+    }
+}
+
+/// A span of time, in steps.
+#[derive(Clone, Copy)]
+struct Steps {
     span_s: Span,
     count: u64,
 }
 
-impl<'a> Steps<'_, 'a> {
-    /// Shows some of the steps as one span, and one by one if asked to.
-    fn walk(&self, (from, until): (u64, u64), visit: Visit<'_, 'a>) -> ControlFlow<()> {
+impl Steps {
+    /// The span of time of some of the steps (s).
+    fn span_of_s(&self, (from, until): (u64, u64)) -> Span {
         let at_s = |step: u64| match step == self.count {
             true => self.span_s.1,
             false => {
@@ -501,11 +628,22 @@ impl<'a> Steps<'_, 'a> {
                 self.span_s.0 + share * (self.span_s.1 - self.span_s.0)
             }
         };
+        (at_s(from), at_s(until))
+    }
+
+    /// Shows some of the steps as one span, and one by one if asked to.
+    fn walk<'d, 'a>(
+        &self,
+        here: &Together<'d, 'a>,
+        (from, until): (u64, u64),
+        visit: Visit<'_, 'd, 'a>,
+    ) -> ControlFlow<()> {
         let is_step = until - from == 1;
-        if visit(self.here, (at_s(from), at_s(until)), is_step)? && !is_step {
+        let halves = visit(here, self.span_of_s((from, until)), is_step)?;
+        if let Some(here) = halves.filter(|_| !is_step) {
             let middle = from + (until - from) / 2;
-            self.walk((from, middle), visit)?;
-            self.walk((middle, until), visit)?;
+            self.walk(&here, (from, middle), visit)?;
+            self.walk(&here, (middle, until), visit)?;
         }
         ControlFlow::Continue(())
     }
@@ -759,21 +897,47 @@ impl Field<'_> {
         (above_mps, along_mps)
     }
 
-    /// An upper bound of all wakes over places and a span of time (m/s).
-    fn together_mps(&self, all: &[&Downwash<'_>], places_m: &Places, span_s: Span) -> f64 {
-        self.bounded(all, places_m, span_s).0
+    /// Upper bounds of each wake and of all together over places and a span of time (m/s).
+    fn together_mps(
+        &self,
+        here: &Together<'_, '_>,
+        places_m: &Places,
+        span_s: Span,
+    ) -> (Vec<(f64, f64)>, f64) {
+        let highs = (here.all.iter()).map(|it| self.highs_mps(it, places_m, span_s));
+        let highs: Vec<(f64, f64)> = highs.collect();
+        let how = self.superposition;
+        let together = highs.iter().fold(here.faint, |so_far, it| {
+            (how.gather(so_far.0, it.0), so_far.1 + it.1)
+        });
+        (highs, how.finish(together.0).hypot(together.1))
     }
 
-    /// The same, and the wakes that bring the most to it.
-    fn bounded(&self, all: &[&Downwash<'_>], places_m: &Places, span_s: Span) -> (f64, Foremost) {
-        let highs = all.iter().map(|it| self.highs_mps(it, places_m, span_s));
-        let mut highs: Vec<(f64, f64)> = highs.collect();
+    /// An upper bound of all wakes over places and a span of time (m/s); where it is not clear by
+    /// that that they stay below a limit (m/s), those that count in a part of both.
+    fn divided<'d, 'a>(
+        &self,
+        here: &Together<'d, 'a>,
+        places_m: &Places,
+        span_s: Span,
+        limit_mps: f64,
+    ) -> (f64, Option<Together<'d, 'a>>) {
+        let (highs, high_mps) = self.together_mps(here, places_m, span_s);
+        let counting = || here.without_faint(self.superposition, &highs, FAINT * limit_mps);
+        (high_mps, (high_mps > CLEARED * limit_mps).then(counting))
+    }
+
+    /// An upper bound of all wakes over places and a span of time (m/s), and those that bring the
+    /// most to it.
+    fn bounded(&self, here: &Together<'_, '_>, places_m: &Places, span_s: Span) -> (f64, Foremost) {
+        let (mut highs, high_mps) = self.together_mps(here, places_m, span_s);
         let how = self.superposition;
-        let above_mps = superpose(how, highs.iter().map(|(above, _)| *above));
-        let high_mps = above_mps.hypot(highs.iter().map(|(_, along)| along).sum());
-        let mut foremost = Foremost::default();
+        let mut foremost = Foremost {
+            others: here.faint,
+            ..Foremost::default()
+        };
         let alone_mps = |it: &(f64, f64)| it.0.hypot(it.1);
-        while foremost.count < FOREMOST.min(all.len()) {
+        while foremost.count < FOREMOST.min(here.all.len()) {
             let strongest = (highs.iter().map(alone_mps).enumerate())
                 .max_by(|a, b| a.1.total_cmp(&b.1))
                 .map_or(0, |(k, _)| k);
@@ -881,20 +1045,30 @@ impl Field<'_> {
             most_parts: MOST_PARTS,
             is_decided: true,
         };
-        self.search(all, places_m, span_s, decided).peak
+        self.search(&Together::from(all), places_m, span_s, decided)
+            .peak
     }
 
     /// The same for a limit of any purpose.
     fn search(
         &self,
-        all: &[&Downwash<'_>],
+        here: &Together<'_, '_>,
         places_m: &Places,
         span_s: Span,
         above: Above,
     ) -> Search {
         let limit_mps = above.limit_mps;
+        let (high_mps, here) = self.divided(here, places_m, span_s, limit_mps);
+        let Some(here) = here else {
+            return Search {
+                peak: None,
+                at_most_mps: high_mps,
+                parts: 0,
+            };
+        };
+        let all = &here.all[..];
         let bound = |places_m, span_s, at_most_mps: f64| {
-            let (high_mps, foremost) = self.bounded(all, &places_m, span_s);
+            let (high_mps, foremost) = self.bounded(&here, &places_m, span_s);
             Part {
                 high_mps: high_mps.min(at_most_mps),
                 places_m,
@@ -906,7 +1080,7 @@ impl Field<'_> {
         // counts.
         let rank = |part: &Part, number: usize| (part.high_mps.to_bits(), Reverse(number));
         let speed_mps = fastest_mps(all);
-        let mut parts = vec![bound(*places_m, span_s, f64::INFINITY)];
+        let mut parts = vec![bound(*places_m, span_s, high_mps)];
         let mut open = BinaryHeap::from([rank(&parts[0], 0)]);
         let mut best: Option<Peak> = None;
         let mut open_mps = 0.0_f64;
