@@ -387,7 +387,7 @@ fn what_takes_longer_with_the_feature_long_is_run_so() {
     long.extend(alone.filter_map(|rest| Some(rest.split_once(';')?.0.to_owned() + "::")));
 
     let ci = read(".ci/run").replace("\\\n", " ");
-    let runs = ci.split("cargo test --release --features long --test promises -- ");
+    let runs = ci.split("cargo test --features long --test promises -- ");
     let run: BTreeSet<&str> = runs
         .skip(1)
         .filter_map(|rest| rest.lines().next())
