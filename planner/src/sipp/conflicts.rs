@@ -9,8 +9,9 @@
 //! All intervals are wider by both drones' margins of time, at both ends.
 //!
 //! It serves to find paths: pairs, of sums only whether they may be too much, and legs off the
-//! lattice count as standing still at the places next to them in turn. The drone that plans with it
-//! has the [`Costmap`] judge what was found.
+//! lattice count as standing still at the places next to them in turn. It knows of no zone. The
+//! drone that plans with it asks the [`Costmap`] of zones at every step, and has it judge what was
+//! found.
 
 use costmap::costmap::{Costmap, part_at};
 use costmap::leg::{DroneId, Leg, Tick};

@@ -187,7 +187,7 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> 
 }
 
 /// The spans over the limit of a zone with every drone on time.
-pub(crate) fn on_time(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
+fn on_time(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
     let Some(air_limit_mps) = zone.air_limit_mps else {
         return Vec::new();
     };
@@ -544,9 +544,11 @@ impl<'a> ZoneAir<'a> {
 /// Some of the steps of one of [`ZoneAir::spans`], with the wakes that count there.
 #[derive(Clone)]
 struct Stretch<'d, 'a> {
+    /// All of that span.
     steps: Steps,
     /// From which step until which.
     between: (u64, u64),
+    /// What counts in what it is a part of, and once it is bounded in itself.
     here: Together<'d, 'a>,
 }
 
@@ -560,6 +562,7 @@ type Visit<'v, 'd, 'a> =
 /// at.
 #[derive(Clone)]
 struct Together<'d, 'a> {
+    /// Those that count.
     all: Vec<&'d Downwash<'a>>,
     /// An upper bound of the faint ones: from above, gathered, and along the floor (m/s).
     faint: (f64, f64),
