@@ -3,9 +3,9 @@
 //! The instances of `plan bench`, seed 1. Criterion measures all of [`planner::plan_world`]:
 //! endpoints, roadmap, search, verification, and the second plan that ignores downwash. How that
 //! splits, what it costs the fleet, how much memory it takes, and larger fleets: `plan bench`
-//! prints the table. The hall is planned once more with two zones whose air is limited, for which
-//! searches look at every step and the verifier at every wake; without the drones that start or end
-//! above them.
+//! prints the table. The hall is planned once more with two zones whose air is limited, which
+//! searches ask for at every step and the verifier judges at every moment; without the drones that
+//! start or end above them.
 //!
 //! `cargo bench --bench fleet_scaling` takes about three minutes.
 

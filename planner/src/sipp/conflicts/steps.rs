@@ -23,8 +23,8 @@ use crate::graph::lattice::Lattice;
 /// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals
 /// of its own.
 const MOST_CLASSES: usize = 4;
-/// Up to so many drones are planned without among zones whose air is limited: chosen here, tables
-/// of four airframes take a second, and so does the plan of a small fleet.
+/// Up to so many drones are planned without among zones whose air is limited. Chosen here: tables
+/// of the four airframes of `scenarios/warehouse.ron` take a second, and so does its plan.
 const MOST_AMONG_ZONES: usize = 30;
 /// Velocities that differ by no more are one (m/s): rounding.
 const SAME_MPS: f64 = 1e-6;

@@ -520,11 +520,7 @@ impl<'a> ZoneAir<'a> {
         let step_m = STEP_PATH_M.max(paths_m.sum::<f64>() / most);
         let in_steps = |(span_s, here): (Span, Vec<&'d Downwash<'a>>)| {
             let count = (path_m(span_s, &here) / step_m).ceil().max(1.0) as u64;
-            let together = Together {
-                all: here,
-                faint: (0.0, 0.0),
-            };
-            (Steps { span_s, count }, together)
+            (Steps { span_s, count }, Together::new(here))
         };
         let in_steps = between.into_iter().map(in_steps);
         in_steps.filter(|(_, it)| !it.all.is_empty()).collect()
@@ -542,7 +538,6 @@ impl<'a> ZoneAir<'a> {
 }
 
 /// Some of the steps of one of [`ZoneAir::spans`], with the wakes that count there.
-#[derive(Clone)]
 struct Stretch<'d, 'a> {
     /// All of that span.
     steps: Steps,
@@ -568,17 +563,15 @@ struct Together<'d, 'a> {
     faint: (f64, f64),
 }
 
-impl<'d, 'a> From<&[&'d Downwash<'a>]> for Together<'d, 'a> {
+impl<'d, 'a> Together<'d, 'a> {
     /// None of them is faint yet.
-    fn from(all: &[&'d Downwash<'a>]) -> Together<'d, 'a> {
+    fn new(all: Vec<&'d Downwash<'a>>) -> Together<'d, 'a> {
         Together {
-            all: all.to_vec(),
+            all,
             faint: (0.0, 0.0),
         }
     }
-}
 
-impl<'d, 'a> Together<'d, 'a> {
     /// Whether some were left out for being faint.
     fn has_faint(&self) -> bool {
         self.faint != (0.0, 0.0)
@@ -598,9 +591,8 @@ impl<'d, 'a> Together<'d, 'a> {
         let mut faint = self.faint;
         let mut stays = vec![true; highs.len()];
         for k in faintest {
-            let (above_mps, along_mps) = highs[k];
-            let with = (how.gather(faint.0, above_mps), faint.1 + along_mps);
-            if how.finish(with.0).hypot(with.1) > most_mps {
+            let with = gathered(how, faint, highs[k]);
+            if finished_mps(how, with) > most_mps {
                 break;
             }
             (faint, stays[k]) = (with, false);
@@ -703,6 +695,16 @@ fn shifts<'a>(
         }
     }
     shifted.into_iter().map(Downwash::Shifted).collect()
+}
+
+/// What wakes bring from above, gathered, and along the floor (m/s), with one more of them (m/s).
+fn gathered(how: Superposition, so_far: (f64, f64), one: (f64, f64)) -> (f64, f64) {
+    (how.gather(so_far.0, one.0), so_far.1 + one.1)
+}
+
+/// An upper bound of both together (m/s).
+fn finished_mps(how: Superposition, (above, along_mps): (f64, f64)) -> f64 {
+    how.finish(above).hypot(along_mps)
 }
 
 /// Of the drones whose wakes these are (m/s).
@@ -910,10 +912,8 @@ impl Field<'_> {
         let highs = (here.all.iter()).map(|it| self.highs_mps(it, places_m, span_s));
         let highs: Vec<(f64, f64)> = highs.collect();
         let how = self.superposition;
-        let together = highs.iter().fold(here.faint, |so_far, it| {
-            (how.gather(so_far.0, it.0), so_far.1 + it.1)
-        });
-        (highs, how.finish(together.0).hypot(together.1))
+        let together = (highs.iter()).fold(here.faint, |so_far, it| gathered(how, so_far, *it));
+        (highs, finished_mps(how, together))
     }
 
     /// An upper bound of all wakes over places and a span of time (m/s); where it is not clear by
@@ -950,8 +950,8 @@ impl Field<'_> {
             foremost.count += 1;
         }
         for (above_mps, along_mps) in highs {
-            foremost.others.0 = how.gather(foremost.others.0, above_mps * ROUNDING);
-            foremost.others.1 += along_mps * ROUNDING;
+            let one = (above_mps * ROUNDING, along_mps * ROUNDING);
+            foremost.others = gathered(how, foremost.others, one);
         }
         (high_mps, foremost)
     }
@@ -979,10 +979,10 @@ impl Field<'_> {
                 false => self.highs_mps(it, &there_m, (t_s, t_s)),
             };
             wakes[n].1 = (above_mps * ROUNDING, along_mps * ROUNDING);
-            let together = wakes.iter().fold(foremost.others, |so_far, (_, it)| {
-                (how.gather(so_far.0, it.0), so_far.1 + it.1)
+            let together = (wakes.iter()).fold(foremost.others, |so_far, (_, it)| {
+                gathered(how, so_far, *it)
             });
-            how.finish(together.0).hypot(together.1) > known_mps
+            finished_mps(how, together) > known_mps
         };
         let count = foremost.count;
         (0..count).all(|n| exceeds_with(n, false)) && (0..count).all(|n| exceeds_with(n, true))
@@ -1048,8 +1048,8 @@ impl Field<'_> {
             most_parts: MOST_PARTS,
             is_decided: true,
         };
-        self.search(&Together::from(all), places_m, span_s, decided)
-            .peak
+        let here = Together::new(all.to_vec());
+        self.search(&here, places_m, span_s, decided).peak
     }
 
     /// The same for a limit of any purpose.
