@@ -7,7 +7,7 @@
 //! searches ask for at every step and the verifier judges at every moment; without the drones that
 //! start or end above them.
 //!
-//! `cargo bench --bench fleet_scaling` takes about three minutes.
+//! `cargo bench --bench fleet_scaling` takes about five minutes.
 
 #![allow(
     missing_docs,
