@@ -285,11 +285,11 @@ impl Costmap {
             .longest_delay(top_z_m - leg.from_m.z.min(leg.to_m.z))
     }
 
-    /// Takes back all that a drone has reserved.
-    pub fn remove(&mut self, drone: DroneId) {
+    /// Takes back all that a drone has reserved, if it has anything.
+    pub fn remove(&mut self, drone: DroneId) -> Option<Reservation> {
         let legs = std::mem::take(&mut self.legs[drone.0 as usize]);
         let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
-            return;
+            return None;
         };
         self.timeline.forget_all_met();
         let mut loaded = Vec::new();
@@ -306,13 +306,15 @@ impl Costmap {
             self.timeline.forget(other, drone);
         }
         self.timeline.remove(drone);
-        self.far_wakes.take_back(&self.spreads(&legs));
+        let spreads = self.spreads(&legs);
+        self.far_wakes.take_back(&spreads);
         if self.zones.limit_air() {
             let late = legs.iter().map(|leg| self.own_delay(leg)).max();
             let clear = last.end.after(late.unwrap_or(0) + self.shift());
             let since = first.start.before(self.shift());
             self.zones.remove(drone, since, clear);
         }
+        Some(Reservation { legs, spreads })
     }
 
     /// Height at which the wake of a leg ends (m).

@@ -125,7 +125,7 @@ fn what_was_taken_back_leaves_no_trace() {
     let gone = |drone: u32| drone % 5 == 2;
     (0..DRONES)
         .filter(|d| gone(*d))
-        .for_each(|d| used.remove(DroneId(d)));
+        .for_each(|d| _ = used.remove(DroneId(d)));
     let mut fresh = empty();
     for drone in (0..DRONES).rev().filter(|drone| !gone(*drone)) {
         fresh.insert(legs(drone, 3));

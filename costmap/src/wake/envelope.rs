@@ -217,6 +217,11 @@ impl Envelope {
         sections
     }
 
+    /// Whether it is the same at every bearing.
+    pub(crate) fn is_round(&self) -> bool {
+        !self.moved
+    }
+
     /// Bound on the mean square at any place as far from the emitter's axis as a path and between
     /// its depths, at any bearing.
     pub(crate) fn highest_beyond(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {

@@ -284,6 +284,11 @@ impl Fleet {
         &self.envelopes[self.kinds[receiver].airframe * self.emitters + self.emitter_of[emitter]]
     }
 
+    /// Whether every wake brings as much at every bearing.
+    pub fn is_round(&self) -> bool {
+        self.envelopes.iter().all(|envelope| envelope.is_round())
+    }
+
     /// Speed at a point below this kind, for zones.
     pub(crate) fn points(&self, kind: KindId) -> &Envelope {
         &self.points[self.emitter_of[kind.index()]]

@@ -227,7 +227,7 @@ impl<'a> ReservationTable<'a> {
         let steps = self.steps;
         let other = usize::from(record.class);
         let direction = usize::from(record.direction);
-        for (offset, span) in &steps.table(me, other).hovering[direction] {
+        for (offset, span) in steps.table(me, other).hovering(direction) {
             let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
             let Some(place) = steps.lattice.at(here) else {
                 continue;

@@ -150,7 +150,7 @@ impl ReservationTable<'_> {
             let mut look_at = |near: &Near, record: &Record| {
                 let [dx, dy] = near.aside;
                 let dz = i32::from(record.layer) - at[2];
-                if usize::from(record.class) != other || dz.abs() > table.extent.layers {
+                if usize::from(record.class) != other || dz.abs() > table.shape.extent.layers {
                     return;
                 }
                 let directions = [direction, usize::from(record.direction)];
@@ -166,13 +166,13 @@ impl ReservationTable<'_> {
                     loads.add(costmap, (now, late), &span, record);
                 }
             };
-            for (near, column) in self.columns_near(&table.near[direction], at) {
+            for (near, column) in self.columns_near(table.near(direction), at) {
                 if self.glances[column].may_be_passed(spells) {
                     let passing = self.columns[column].passing(window);
                     passing.for_each(|record| look_at(near, record));
                 }
             }
-            for (near, column) in self.columns_near(&table.near_still[direction], at) {
+            for (near, column) in self.columns_near(table.near_still(direction), at) {
                 if self.glances[column].is_held(window[1]) {
                     let staying = self.columns[column].staying(window[1]);
                     staying.for_each(|record| look_at(near, record));

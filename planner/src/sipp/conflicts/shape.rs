@@ -10,7 +10,6 @@ use rayon::prelude::*;
 
 use super::directions::{DIRECTIONS, STILL, cells};
 use super::steps::{Class, LOADS, Span};
-use super::table::{ConflictTable, Extent};
 use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
@@ -27,7 +26,7 @@ const LEAST_LOAD: f64 = 0.05;
 /// The same where all drones step at once, and nothing is looked for again: chosen here, three
 /// parts of [`LOADS`].
 const LEAST_SYNCHRONOUS: f64 = 0.012;
-/// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
+/// Azimuths at which a wake is asked for that is not round: chosen here.
 const AZIMUTHS: u32 = 8;
 
 /// Heights that miss a layer by no more are there (cells): far above rounding.
@@ -47,11 +46,22 @@ pub(super) struct Shape {
     /// lowest on.
     at: Vec<f64>,
     between: Vec<f64>,
-    /// By layers above the other and [`RINGS`] aside, what hovering costs both (s/s).
-    prices: Vec<Vec<f64>>,
-    /// Loads on both, in the same way, at `k` layers above the other and between `k` and `k + 1`.
-    loads_at: Vec<Vec<[f64; 2]>>,
-    loads_between: Vec<Vec<[f64; 2]>>,
+    air: Air,
+    /// Farther aside (cells) nothing is forbidden, and no load counts.
+    widest: f64,
+    /// Farther aside (cells) nothing is priced.
+    priced: f64,
+}
+
+/// How far two classes matter to one another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    /// Columns aside.
+    pub(super) reach: i32,
+    /// Layers above and below.
+    pub(super) layers: i32,
+    /// Layers between two drones from which on only air matters.
+    pub(super) bodies: i32,
 }
 
 /// How late the air of two classes may be (ticks), by depth (cells): of the first, which moves, and
@@ -84,11 +94,85 @@ impl Late for Lateness {
 /// Distances in a cell at which wakes are asked for: chosen here, five centimetres of a metre.
 const RINGS: usize = 20;
 
-impl Shape {
-    pub(super) fn new(lattice: &Lattice, fleet: &Fleet, me: Class, other: Class) -> Shape {
+/// What wakes of two classes bring to one another, by layers of the first above the second and
+/// [`RINGS`] aside.
+#[derive(Debug)]
+pub(super) struct Air {
+    /// From the lowest layer on, what hovering costs both (s/s).
+    prices: Vec<Vec<f64>>,
+    /// From the lowest layer on, loads on both (parts of a budget).
+    at: Vec<Vec<[f64; 2]>>,
+    /// The same between each layer and the next, from the one below the lowest on.
+    between: Vec<Vec<[f64; 2]>>,
+}
+
+impl Air {
+    pub(super) fn new(lattice: &Lattice, fleet: &Fleet, classes: [Class; 2]) -> Air {
         let cell_m = lattice.cell_m();
         let most = lattice.counts()[2] as i32;
         let near_m = 2.0 * fleet.near_m() + cell_m;
+        let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
+        let azimuths = if fleet.is_round() { 1 } else { AZIMUTHS };
+        let meet = |ring: usize, layers: [i32; 2]| {
+            let aside_m = ring as f64 / RINGS as f64 * cell_m;
+            let heights_m = layers.map(|layer| f64::from(layer) * cell_m);
+            meet_at(fleet, classes, (aside_m, azimuths), heights_m)
+        };
+        let prices = |k: i32| -> Vec<f64> {
+            let at_ring = |ring: usize| {
+                let prices =
+                    meet(ring, [k; 2]).map(|it| price(it.alpha_first) + price(it.alpha_second));
+                prices.fold(0.0, f64::max)
+            };
+            rings.clone().map(at_ring).collect()
+        };
+        let loads = |low: i32, high: i32| -> Vec<[f64; 2]> {
+            let at_ring = |ring: usize| {
+                let loads = meet(ring, [low, high]).map(|it| [it.load_on_first, it.load_on_second]);
+                loads
+                    .map(|loads| loads.map(|load| f64::from(load) / f64::from(BUDGET)))
+                    .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
+            };
+            rings.clone().map(at_ring).collect()
+        };
+        let between = (-most - 1..=most).into_par_iter();
+        Air {
+            prices: (-most..=most).into_par_iter().map(prices).collect(),
+            at: (-most..=most)
+                .into_par_iter()
+                .map(|k| loads(k, k))
+                .collect(),
+            between: between.map(|k| loads(k, k + 1)).collect(),
+        }
+    }
+
+    /// The same of the second as seen from the first.
+    pub(super) fn reversed(&self) -> Air {
+        let swapped = |rings: &Vec<[f64; 2]>| rings.iter().map(|[a, b]| [*b, *a]).collect();
+        Air {
+            prices: self.prices.iter().rev().cloned().collect(),
+            at: self.at.iter().rev().map(swapped).collect(),
+            between: self.between.iter().rev().map(swapped).collect(),
+        }
+    }
+
+    /// From how far aside on (cells) none of these matters at any layer.
+    fn farthest<T>(layers: &[Vec<T>], matters: impl Fn(&T) -> bool) -> f64 {
+        let of_layer = |rings: &Vec<T>| rings.iter().rposition(&matters);
+        let last = layers.iter().filter_map(of_layer).max();
+        last.map_or(0.0, |ring| (ring + 1) as f64 / RINGS as f64)
+    }
+}
+
+impl Shape {
+    /// `air` is that of the same classes.
+    pub(super) fn new(
+        (lattice, fleet): (&Lattice, &Fleet),
+        [me, other]: [Class; 2],
+        air: Air,
+    ) -> Shape {
+        let cell_m = lattice.cell_m();
+        let most = lattice.counts()[2] as i32;
         let keep_out = fleet
             .keep_out(
                 [me, other].map(|it| (it.kind, it.air_limit)),
@@ -102,46 +186,16 @@ impl Shape {
         let at: Vec<f64> = all.iter().map(|k| widest(*k, *k)).collect();
         let between: Vec<f64> = all.iter().map(|k| widest(*k, k + 1)).collect();
         let bodies = (1..most).find(|k| f64::from(k - 1) >= keep_out.body_radius());
-        let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
-        let meet = |ring: usize, layers: [i32; 2]| {
-            let aside_m = ring as f64 / RINGS as f64 * cell_m;
-            let heights_m = layers.map(|layer| f64::from(layer) * cell_m);
-            meet_at(fleet, [me, other], aside_m, heights_m)
-        };
-        let cost = |k: &i32| {
-            let at_ring = |ring: usize| {
-                let prices =
-                    meet(ring, [*k; 2]).map(|it| price(it.alpha_first) + price(it.alpha_second));
-                prices.fold(0.0, f64::max)
-            };
-            rings.clone().map(at_ring).collect()
-        };
-        let prices: Vec<Vec<f64>> = all.par_iter().map(cost).collect();
-        let loads = |low: i32, high: i32| -> Vec<[f64; 2]> {
-            let at_ring = |ring: usize| {
-                let loads = meet(ring, [low, high]).map(|it| [it.load_on_first, it.load_on_second]);
-                loads
-                    .map(|loads| loads.map(|load| f64::from(load) / f64::from(BUDGET)))
-                    .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
-            };
-            rings.clone().map(at_ring).collect()
-        };
-        let loads_at: Vec<Vec<[f64; 2]>> = all.par_iter().map(|k| loads(*k, *k)).collect();
-        let loads_between: Vec<Vec<[f64; 2]>> = all.par_iter().map(|k| loads(*k, k + 1)).collect();
-        let counts = |ring: &usize| {
-            let both = loads_at.iter().chain(&loads_between);
-            both.flat_map(|rings| rings[*ring])
-                .any(|load| load >= LEAST_LOAD)
-        };
-        let far = rings.clone().rev().find(counts).map_or(0, |ring| ring + 1) as f64 / RINGS as f64;
+        let counts = |loads: &[f64; 2]| loads.iter().any(|load| *load >= LEAST_LOAD);
+        let loaded = [&air.at, &air.between].map(|layers| Air::farthest(layers, counts));
+        let is_priced = |price: &f64| *price >= LEAST_PRICE;
         let matters = |index: usize| {
-            at[index] > 0.0
-                || between[index] > 0.0
-                || prices[index].iter().any(|price| *price >= LEAST_PRICE)
+            at[index] > 0.0 || between[index] > 0.0 || air.prices[index].iter().any(is_priced)
         };
         let farthest = (0..all.len()).filter(|&index| matters(index));
         let layers = farthest.map(|index| all[index].abs()).max().unwrap_or(0);
-        let farthest = at.iter().chain(&between).copied().fold(far, f64::max);
+        let radii = at.iter().chain(&between).chain(&loaded);
+        let farthest = radii.copied().fold(0.0, f64::max);
         Shape {
             me,
             other,
@@ -159,9 +213,9 @@ impl Shape {
             },
             at,
             between,
-            prices,
-            loads_at,
-            loads_between,
+            widest: farthest,
+            priced: Air::farthest(&air.prices, is_priced),
+            air,
         }
     }
 
@@ -191,7 +245,7 @@ impl Shape {
 
     fn price(&self, layers: f64, aside: f64) -> f64 {
         let most = (self.at.len() / 2) as f64;
-        let row = &self.prices[(layers + most).round().clamp(0.0, 2.0 * most) as usize];
+        let row = &self.air.prices[(layers + most).round().clamp(0.0, 2.0 * most) as usize];
         let ring = (aside * RINGS as f64).round() as usize;
         row.get(ring).copied().unwrap_or(0.0)
     }
@@ -200,8 +254,8 @@ impl Shape {
     /// layers; nothing where it is less than this share of a budget.
     fn loads(&self, low: i32, high: i32, distance: f64, least: f64) -> [u8; 2] {
         let ring = (distance * RINGS as f64) as usize;
-        let ends = [low, high].map(|k| &self.loads_at[self.index(k)]);
-        let between = (low..high).map(|k| &self.loads_between[self.index(k)]);
+        let ends = [low, high].map(|k| &self.air.at[self.index(k)]);
+        let between = (low..high).map(|k| &self.air.between[self.index(k) + 1]);
         let rows = ends.into_iter().chain(between);
         let most_of = |side: usize| {
             let loads = rows.clone().filter_map(|row| row.get(ring));
@@ -219,18 +273,12 @@ impl Shape {
         [most_of(0), most_of(1)]
     }
 
-    pub(super) fn table(&self) -> ConflictTable {
-        let lasts = |layers: i32| {
-            let depth = f64::from(layers);
-            let late = [
-                self.lateness.of_mover(-depth),
-                self.lateness.of_reference(depth),
-            ];
-            late.map(|ticks| ticks.ceil() as u32)
-        };
-        ConflictTable::new((self.extent, &lasts), |direction, others, aside| {
-            self.spans(direction, others, aside)
-        })
+    /// Whether the second may matter to the first at any height over it, where it begins in this
+    /// column.
+    pub(super) fn may_matter(&self, directions: [usize; 2], aside: [i32; 2]) -> bool {
+        let [x, y, _] = halfway(directions, [aside[0], aside[1], 0]);
+        self.relative(directions, aside).nearest([0.0; 2]) <= self.widest
+            || x.hypot(y) <= self.priced
     }
 
     /// By layer, from the lowest on in which the second may begin.
@@ -240,7 +288,6 @@ impl Shape {
         let distance = level.nearest([0.0; 2]);
         let (mine, theirs) = (cells(direction), cells(others));
         let at_layer = |layer: i32| {
-            let offset = [aside[0], aside[1], layer];
             // Heights of the first over the second: at the beginning, and when either or both have
             // arrived.
             let rises = [0, mine[2], -theirs[2], mine[2] - theirs[2]];
@@ -258,10 +305,8 @@ impl Shape {
             if let Some([from, to]) = forbidden {
                 (span.from, span.to) = (from.floor() as i16, to.ceil() as i16);
             } else {
-                let middle = |axis: usize| {
-                    f64::from(offset[axis]) + 0.5 * f64::from(theirs[axis] - mine[axis])
-                };
-                let price = self.price(-middle(2), middle(0).hypot(middle(1)));
+                let [x, y, z] = halfway([direction, others], [aside[0], aside[1], layer]);
+                let price = self.price(-z, x.hypot(y));
                 if price >= LEAST_PRICE {
                     span.price = (price * 1000.0).min(f64::from(u16::MAX)) as u16;
                 }
@@ -443,16 +488,22 @@ fn lowest_and_highest(heights: &[i32]) -> [i32; 2] {
     heights.iter().fold([heights[0]; 2], ends)
 }
 
+/// Where the second is as seen from the first, both half-way on their steps (cells).
+fn halfway(directions: [usize; 2], offset: [i32; 3]) -> [f64; 3] {
+    let [mine, theirs] = directions.map(cells);
+    [0, 1, 2].map(|axis| f64::from(offset[axis]) + 0.5 * f64::from(theirs[axis] - mine[axis]))
+}
+
 /// What two drones are to one another, one this far aside of the other, at heights over it between
-/// these: at all azimuths.
+/// these: at so many azimuths.
 fn meet_at(
     fleet: &Fleet,
     [me, other]: [Class; 2],
-    radius_m: f64,
+    (radius_m, azimuths): (f64, u32),
     [low_m, high_m]: [f64; 2],
 ) -> impl Iterator<Item = Meeting> {
-    (0..AZIMUTHS).filter_map(move |azimuth| {
-        let turn = f64::from(azimuth) * std::f64::consts::TAU / f64::from(AZIMUTHS);
+    (0..azimuths).filter_map(move |azimuth| {
+        let turn = f64::from(azimuth) * std::f64::consts::TAU / f64::from(azimuths);
         let (sin, cos) = turn.sin_cos();
         let at_m = |z_m: f64| Point3::new(radius_m * cos, radius_m * sin, z_m);
         let passing = me.leg(0, at_m(low_m), at_m(high_m));

@@ -15,7 +15,7 @@ use nalgebra::Point3;
 use super::column::Record;
 use super::directions::neighbour;
 pub(super) use super::directions::{STILL, cells};
-use super::shape::Shape;
+use super::shape::{Air, Shape};
 use super::table::ConflictTable;
 use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
@@ -24,12 +24,12 @@ use crate::graph::lattice::Lattice;
 /// of its own.
 const MOST_CLASSES: usize = 4;
 /// Up to so many drones are planned without among zones whose air is limited. Chosen here: tables
-/// of the four airframes of `scenarios/warehouse.ron` take a second, and so does its plan.
+/// leave one wake less of a drone's budget than it bears, which a few can do without.
 const MOST_AMONG_ZONES: usize = 30;
 /// Velocities that differ by no more are one (m/s): rounding.
 const SAME_MPS: f64 = 1e-6;
-/// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and
-/// kept, 2 MiB.
+/// Tables of more entries than this are not made. Chosen here: an eighth of them may be asked for
+/// and kept, 10 MiB.
 const MOST_ENTRIES: usize = 8 << 20;
 /// The same of smooth flights, whose wakes and bodies are somewhat wider: chosen here.
 const MOST_SMOOTH_ENTRIES: usize = 16 << 20;
@@ -81,7 +81,6 @@ pub(crate) struct Steps {
     of_drones: Vec<Vec<(KindId, usize)>>,
     /// `[class][other class]`.
     tables: Arc<[ConflictTable]>,
-    pub(super) shapes: Arc<[Shape]>,
     /// By class and place, the lowest layer that the wake of who hovers there reaches; empty
     /// without covers.
     wake_ends: Arc<[Vec<u16>]>,
@@ -115,12 +114,20 @@ impl Steps {
         if classes.len() > MOST_CLASSES {
             return None;
         }
-        let of_pairs = classes
-            .iter()
-            .flat_map(|me| classes.iter().map(move |other| (*me, *other)));
-        let shapes: Vec<Shape> = of_pairs
-            .map(|(me, other)| Shape::new(lattice, costmap.fleet(), me, other))
-            .collect();
+        let mut airs: Vec<Air> = Vec::with_capacity(classes.len() * classes.len());
+        for (me, other) in pairs(classes.len()) {
+            let air = match me <= other {
+                true => Air::new(lattice, costmap.fleet(), [classes[me], classes[other]]),
+                false => airs[other * classes.len() + me].reversed(),
+            };
+            airs.push(air);
+        }
+        let of_pairs = pairs(classes.len()).zip(airs);
+        let shape = |((me, other), air)| {
+            let classes = [classes[me], classes[other]];
+            Shape::new((lattice, costmap.fleet()), classes, air)
+        };
+        let shapes: Vec<Shape> = of_pairs.map(shape).collect();
         let entries = shapes.iter().map(Shape::entries).sum::<usize>();
         let most = match agents.iter().any(|agent| agent.smoothing.is_some()) {
             true => MOST_SMOOTH_ENTRIES,
@@ -129,7 +136,6 @@ impl Steps {
         if entries > most || shapes.iter().any(Shape::is_too_slow) {
             return None;
         }
-        let tables: Vec<ConflictTable> = shapes.iter().map(Shape::table).collect();
         let wake_ends = if costmap.has_blocking_surfaces() {
             let of_class = |class| wake_ends(lattice, costmap, class);
             classes.iter().map(of_class).collect()
@@ -140,8 +146,7 @@ impl Steps {
             lattice: Arc::new(lattice.clone()),
             classes,
             of_drones,
-            tables: tables.into(),
-            shapes: shapes.into(),
+            tables: shapes.into_iter().map(ConflictTable::new).collect(),
             wake_ends: wake_ends.into(),
             shift: costmap.fleet().conditions().shift,
             lingers: costmap.lingers(),
@@ -208,6 +213,16 @@ impl Steps {
         &self.tables[me * self.classes.len() + other]
     }
 
+    /// How far two classes keep from one another.
+    pub(super) fn shape(&self, me: usize, other: usize) -> &Shape {
+        &self.table(me, other).shape
+    }
+
+    /// The same of all pairs, `[class][other class]`.
+    pub(super) fn shapes(&self) -> impl ExactSizeIterator<Item = &Shape> {
+        self.tables.iter().map(|table| &table.shape)
+    }
+
     /// From when until when a step forbids another to stand still beside it, within its margins of
     /// time.
     pub(super) fn taken(&self, span: &Span, step: &Record) -> [Tick; 2] {
@@ -236,7 +251,7 @@ impl Steps {
         // At the beginning, and when either or both have arrived.
         let rises = [0, mine, -theirs, mine - theirs];
         let heights = rises.map(|rise| one.at[2] - other.at[2] + rise);
-        let bodies = self.table(one.class, other.class).extent.bodies;
+        let bodies = self.shape(one.class, other.class).extent.bodies;
         heights.iter().any(|height| height.abs() < bodies)
     }
 
@@ -260,6 +275,11 @@ impl Steps {
         };
         end(pace.at).min(end([0, 1, 2].map(|axis| pace.at[axis] + pace.by[axis])))
     }
+}
+
+/// Of so many classes, each with each: in the order of tables.
+fn pairs(classes: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..classes).flat_map(move |me| (0..classes).map(move |other| (me, other)))
 }
 
 /// Per drone, its classes by kind; those that are new are added.

@@ -4,9 +4,8 @@
 use rayon::prelude::*;
 
 use super::directions::{index, neighbour};
-use super::shape::{LateStep, Shape};
+use super::shape::{Extent, LateStep, Shape};
 use super::steps::{Pace, Steps};
-use super::table::Extent;
 
 /// Directions of a step along one axis, the first of them none.
 pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
@@ -144,10 +143,7 @@ impl<'a> SynchronousSteps<'a> {
     /// Of 500 drones on 32 by 32 columns, with the default margins, following around corners takes
     /// 78 steps of 1.33 s, straight on 516 of 0.5 s.
     pub(crate) fn new(steps: &'a Steps, ticks: u32) -> SynchronousSteps<'a> {
-        let bodies = steps
-            .shapes
-            .iter()
-            .map(|shape| shape.keep_out.body_radius());
+        let bodies = (steps.shapes()).map(|shape| shape.keep_out.body_radius());
         let bodies = bodies.fold(0.0, f64::max);
         let (corner, straight) = (1.0 - bodies * std::f64::consts::SQRT_2, 1.0 - bodies);
         let room = if corner >= APART[0] { corner } else { straight };
@@ -159,8 +155,8 @@ impl<'a> SynchronousSteps<'a> {
         let count = steps.class_count();
         let is_late = steps.lingers > 0;
         let late = is_late.then_some((ticks, shift));
-        let alone =
-            (steps.shapes.par_iter()).map(|shape| SynchronousTable::new(shape, apart, late));
+        let shapes: Vec<&Shape> = steps.shapes().collect();
+        let alone = (shapes.par_iter()).map(|shape| SynchronousTable::new(shape, apart, late));
         let mut tables: Vec<SynchronousTable> = alone.collect();
         let columns = (0..tables.len()).map(|it| {
             let reversed = it % count * count + it / count;
@@ -210,7 +206,7 @@ impl<'a> SynchronousSteps<'a> {
             let (from, from_other) = (one.from(), other.from());
             let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis]);
             let by = [one.course.by(), other.course.by()];
-            let shape = &self.steps.shapes[one.class * self.steps.class_count() + other.class];
+            let shape = self.steps.shape(one.class, other.class);
             let shift = self.apart * f64::from(self.ticks);
             return shape.late(by, offset, (self.ticks, shift));
         };
@@ -277,7 +273,7 @@ impl<'a> SynchronousSteps<'a> {
             let ([from, by], [from_other, by_other]) =
                 [one, other].map(|it| [it.from(), it.course.by()]).into();
             let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis]);
-            let shape = &self.steps.shapes[one.class * self.steps.class_count() + other.class];
+            let shape = self.steps.shape(one.class, other.class);
             return shape.synchronous([by, by_other], offset, [-self.apart, self.apart]);
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
@@ -295,7 +291,7 @@ impl<'a> SynchronousSteps<'a> {
             let (from, from_other) = (one.from(), other.from());
             let by = one.came.by();
             let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis] + by[axis]);
-            let shape = &self.steps.shapes[one.class * self.steps.class_count() + other.class];
+            let shape = self.steps.shape(one.class, other.class);
             return shape.synchronous([by, other.course.by()], offset, crossing(self.apart));
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);

@@ -2,25 +2,16 @@
 //! the other.
 //!
 //! Turned by quarters and mirrored about the vertical all is the same, so that one of each eight
-//! pairs of directions is worked out and kept: a table that stays close to the processor, where
-//! searches ask it all the time.
+//! pairs of directions is kept. What is asked for is worked out then, column by column, and kept:
+//! of a fleet of many airframes most never is.
 
-use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use std::sync::OnceLock;
+
+use costmap::volumes::keep_out::Late;
 
 use super::directions::{DIRECTIONS, STILL, TURNS, cells, index, turned};
+use super::shape::Shape;
 use super::steps::Span;
-
-/// How far two classes matter to one another.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
-    /// Columns aside.
-    pub(super) reach: i32,
-    /// Layers above and below.
-    pub(super) layers: i32,
-    /// Layers between two drones from which on only air matters.
-    pub(super) bodies: i32,
-}
 
 /// By so many layers two steps may come farther from one another: each climbs or sinks by one.
 const CLIMBS: i32 = 2;
@@ -28,27 +19,29 @@ const CLIMBS: i32 = 2;
 /// What two classes do to one another, by directions and offset.
 #[derive(Debug)]
 pub(super) struct ConflictTable {
-    pub(super) extent: Extent,
-    /// `[directions kept][column][dz]`, which of `spans` it is.
-    kinds: Vec<u16>,
-    /// The first is nothing.
-    spans: Vec<Span>,
+    /// What the rows are worked out from.
+    pub(super) shape: Shape,
+    /// `[directions kept][column]`, once it was asked for: by layer from the lowest on, or nothing
+    /// where no layer matters.
+    rows: Vec<OnceLock<Box<[Span]>>>,
+    /// The pairs of directions that are kept.
+    kept: Vec<[usize; 2]>,
     /// By direction and direction: how they are turned, and which of those that are kept they are
     /// then.
     alike: Vec<(u8, u16)>,
+    /// How far each column of the floor is from a step's beginning.
+    columns: Vec<[i32; 2]>,
     /// By turn and column, which column it becomes.
     turned: Vec<u16>,
-    columns: usize,
     /// By layers of the second above the first, from the lowest on: how long the air of the first
     /// and of the second may last down that far (ticks).
     lasts: Vec<[u32; 2]>,
-    /// By direction of the second: offsets of its beginning from where the first hovers, with what
-    /// it forbids or costs there.
-    pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
-    /// By direction of the first: columns in which a drone can matter.
-    pub(super) near: Vec<Vec<Near>>,
-    /// By direction of the first: columns in which a drone who hovers can matter.
-    pub(super) near_still: Vec<Vec<Near>>,
+    /// See [`ConflictTable::hovering`].
+    hovering: [OnceLock<Vec<([i32; 3], Span)>>; DIRECTIONS],
+    /// See [`ConflictTable::near`].
+    near: [OnceLock<Vec<Near>>; DIRECTIONS],
+    /// See [`ConflictTable::near_still`].
+    near_still: [OnceLock<Vec<Near>>; DIRECTIONS],
 }
 
 /// A column of the floor beside a step.
@@ -60,58 +53,30 @@ pub(super) struct Near {
 }
 
 impl ConflictTable {
-    /// `lasts` is asked for layers of the second above the first, `spans_of` for direction,
-    /// direction and the column of the second; it says by layer.
-    pub(super) fn new(
-        (extent, lasts): (Extent, &dyn Fn(i32) -> [u32; 2]),
-        spans_of: impl Fn(usize, usize, [i32; 2]) -> Vec<Span> + Sync,
-    ) -> ConflictTable {
+    /// Nothing is worked out yet.
+    pub(super) fn new(shape: Shape) -> ConflictTable {
+        let extent = shape.extent;
         let aside = -extent.reach..=extent.reach;
         let columns: Vec<[i32; 2]> = aside
             .clone()
             .flat_map(|dy| aside.clone().map(move |dx| [dx, dy]))
             .collect();
-        let layers = -extent.layers..=extent.layers;
         let first_alike = |directions: usize| {
             let all = (0..TURNS).map(|turn| {
                 let turned = |direction: usize| index(turned(cells(direction), turn));
-                (
-                    turned(directions / DIRECTIONS),
-                    turned(directions % DIRECTIONS),
-                    turn,
-                )
+                let both = [directions / DIRECTIONS, directions % DIRECTIONS];
+                (both.map(turned), turn)
             });
-            let (direction, others, turn) = all.min().unwrap_or_default();
-            ((direction, others), turn)
+            all.min().unwrap_or_default()
         };
-        let mut kept: Vec<(usize, usize)> = (0..DIRECTIONS * DIRECTIONS)
-            .map(|directions| first_alike(directions).0)
-            .collect();
+        let all_alike = (0..DIRECTIONS * DIRECTIONS).map(first_alike);
+        let mut kept: Vec<[usize; 2]> = all_alike.clone().map(|(kept, _)| kept).collect();
         kept.sort_unstable();
         kept.dedup();
-        let alike = |directions: usize| {
-            let (directions, turn) = first_alike(directions);
+        let alike = all_alike.map(|(directions, turn)| {
             let kept = kept.binary_search(&directions).unwrap_or_default();
             (turn as u8, kept as u16)
-        };
-        let of_directions = |&(direction, others): &(usize, usize)| -> Vec<Span> {
-            let of_column = |aside: &[i32; 2]| spans_of(direction, others, *aside);
-            columns.iter().flat_map(of_column).collect()
-        };
-        let worked_out: Vec<Vec<Span>> = kept.par_iter().map(of_directions).collect();
-        let mut spans = vec![Span::default()];
-        let mut known = FxHashMap::from_iter([(Span::default(), 0)]);
-        let kind = |span: Span| {
-            if span == Span::default() {
-                // Most of them.
-                return 0;
-            }
-            *known.entry(span).or_insert_with(|| {
-                spans.push(span);
-                (spans.len() - 1) as u16
-            })
-        };
-        let kinds = worked_out.into_iter().flatten().map(kind).collect();
+        });
         let becomes = |turn: usize| {
             let at = move |[dx, dy]: &[i32; 2]| {
                 let [dx, dy, _] = turned([*dx, *dy, 0], turn);
@@ -119,64 +84,90 @@ impl ConflictTable {
             };
             columns.iter().map(at)
         };
-        let mut table = ConflictTable {
-            extent,
-            kinds,
-            spans,
-            alike: (0..DIRECTIONS * DIRECTIONS).map(alike).collect(),
+        let lasts = |layers: i32| {
+            let depth = f64::from(layers);
+            let late = [
+                shape.lateness.of_mover(-depth),
+                shape.lateness.of_reference(depth),
+            ];
+            late.map(|ticks| ticks.ceil() as u32)
+        };
+        ConflictTable {
+            alike: alike.collect(),
             turned: (0..TURNS).flat_map(becomes).collect(),
-            columns: columns.len(),
             lasts: (-extent.layers - CLIMBS..=extent.layers + CLIMBS)
                 .map(lasts)
                 .collect(),
-            hovering: Vec::new(),
-            near: Vec::new(),
-            near_still: Vec::new(),
-        };
-        let all_near = columns.iter().enumerate();
-        let all_near: Vec<Near> = all_near
-            .map(|(column, &aside)| Near { aside, column })
-            .collect();
-        let hovering = |others: usize| {
-            let offsets = layers
-                .clone()
-                .flat_map(|dz| all_near.iter().map(move |near| (near, dz)));
-            offsets
-                .map(|(near, dz)| {
+            rows: vec![OnceLock::new(); kept.len() * columns.len()],
+            kept,
+            columns,
+            hovering: Default::default(),
+            near: Default::default(),
+            near_still: Default::default(),
+            shape,
+        }
+    }
+
+    /// Offsets of the beginning of the second's step from where the first hovers, by that step's
+    /// direction, with what it forbids or costs there.
+    pub(super) fn hovering(&self, others: usize) -> &[([i32; 3], Span)] {
+        self.hovering[others].get_or_init(|| {
+            let layers = self.shape.extent.layers;
+            let all_near: Vec<Near> = self.all_near().collect();
+            let at_layer = |dz: i32| {
+                all_near.iter().map(move |near| {
                     let [dx, dy] = near.aside;
-                    ([dx, dy, dz], table.span([STILL, others], near, dz))
+                    ([dx, dy, dz], self.span([STILL, others], near, dz))
                 })
-                .filter(|(_, span)| !span.is_empty() || span.price > 0)
-                .collect()
-        };
-        let near_to = |direction: usize, others: std::ops::Range<usize>| -> Vec<Near> {
-            let is_something = |kind: &u16| *kind != 0;
-            let matters = |near: &&Near| {
-                (others.clone())
-                    .any(|others| table.layers_of([direction, others], near).any(is_something))
             };
-            all_near.iter().filter(matters).copied().collect()
+            let all = (-layers..=layers).flat_map(at_layer);
+            all.filter(|(_, span)| !span.is_empty() || span.price > 0)
+                .collect()
+        })
+    }
+
+    /// By the direction of the first: columns in which a drone may matter.
+    pub(super) fn near(&self, direction: usize) -> &[Near] {
+        // As seen from above all that climb or sink are alike.
+        let level = (0..DIRECTIONS).filter(|others| cells(*others)[2] == 0);
+        self.near[direction].get_or_init(|| self.near_to(direction, level))
+    }
+
+    /// By the direction of the first: columns in which a drone who hovers may matter.
+    pub(super) fn near_still(&self, direction: usize) -> &[Near] {
+        self.near_still[direction].get_or_init(|| self.near_to(direction, STILL..STILL + 1))
+    }
+
+    fn near_to(&self, direction: usize, others: impl Iterator<Item = usize> + Clone) -> Vec<Near> {
+        let matters = |near: &Near| {
+            let mut others = others.clone();
+            others.any(|others| self.shape.may_matter([direction, others], near.aside))
         };
-        let directions = (0..DIRECTIONS).into_par_iter();
-        (table.hovering, table.near, table.near_still) = (
-            directions.clone().map(hovering).collect(),
-            directions
-                .clone()
-                .map(|direction| near_to(direction, 0..DIRECTIONS))
-                .collect(),
-            directions
-                .map(|direction| near_to(direction, STILL..STILL + 1))
-                .collect(),
-        );
-        table
+        self.all_near().filter(matters).collect()
+    }
+
+    fn all_near(&self) -> impl Iterator<Item = Near> {
+        let columns = self.columns.iter().enumerate();
+        columns.map(|(column, &aside)| Near { aside, column })
     }
 
     /// What a step does to another that begins so many layers above it in a column.
     #[inline]
-    pub(super) fn span(&self, directions: [usize; 2], near: &Near, layers: i32) -> Span {
-        let kind =
-            self.kinds[self.first(directions, near) + (layers + self.extent.layers) as usize];
-        self.spans[usize::from(kind)]
+    pub(super) fn span(&self, [direction, others]: [usize; 2], near: &Near, layers: i32) -> Span {
+        let (turn, kept) = self.alike[direction * DIRECTIONS + others];
+        let column = self.turned[usize::from(turn) * self.columns.len() + near.column];
+        let (kept, column) = (usize::from(kept), usize::from(column));
+        let row = &self.rows[kept * self.columns.len() + column];
+        let row = row.get_or_init(|| {
+            let [direction, others] = self.kept[kept];
+            let spans = self.shape.spans(direction, others, self.columns[column]);
+            match spans.iter().all(|span| *span == Span::default()) {
+                true => Box::default(),
+                false => spans.into(),
+            }
+        });
+        let layer = (layers + self.shape.extent.layers) as usize;
+        row.get(layer).copied().unwrap_or_default()
     }
 
     /// How long the air of a step, and of another that begins so many layers above it, may last
@@ -188,7 +179,8 @@ impl ConflictTable {
         let ends = rises.iter().fold([0; 2], |[low, high], rise| {
             [low.min(*rise), high.max(*rise)]
         });
-        let at = |rise: i32| self.lasts[(layers + rise + self.extent.layers + CLIMBS) as usize];
+        let at =
+            |rise: i32| self.lasts[(layers + rise + self.shape.extent.layers + CLIMBS) as usize];
         [at(ends[0])[0], at(ends[1])[1]]
     }
 
@@ -197,22 +189,5 @@ impl ConflictTable {
         let ends = [self.lasts.first(), self.lasts.last()];
         let [first, last] = ends.map(|it| it.copied().unwrap_or_default());
         [first[0], last[1]]
-    }
-
-    fn layers_of(&self, directions: [usize; 2], near: &Near) -> impl Iterator<Item = &u16> {
-        let first = self.first(directions, near);
-        self.kinds[first..].iter().take(self.tall())
-    }
-
-    #[inline]
-    fn first(&self, [direction, others]: [usize; 2], near: &Near) -> usize {
-        let (turn, kept) = self.alike[direction * DIRECTIONS + others];
-        let column = self.turned[usize::from(turn) * self.columns + near.column];
-        (usize::from(kept) * self.columns + usize::from(column)) * self.tall()
-    }
-
-    #[inline]
-    fn tall(&self) -> usize {
-        (2 * self.extent.layers + 1) as usize
     }
 }

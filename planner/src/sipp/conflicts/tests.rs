@@ -291,7 +291,7 @@ fn tables_are_volumes(late: bool) {
     let (job, empty) = job(late);
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
     let (mut of_tables, mut of_volumes) = (0.0, 0.0);
-    for (index, shape) in steps.shapes.iter().enumerate() {
+    for (index, shape) in steps.shapes().enumerate() {
         for case in 0..400_usize {
             // Even cover of pairs of directions, columns and layers.
             let number = (4 * case + index) as f64;
@@ -443,8 +443,9 @@ fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
                 f64::from(at[drone][axis]) + moved[0] + moved[1]
             })
         };
-        let keep_out =
-            &steps.shapes[classes[0] as usize * steps.class_count() + classes[1] as usize].keep_out;
+        let keep_out = &steps
+            .shape(classes[0] as usize, classes[1] as usize)
+            .keep_out;
         for moment in 0..=40 {
             for shift in -2..=2 {
                 let clock = f64::from(moment) / 20.0;

@@ -65,7 +65,7 @@ impl<'a> Heuristic<'a> {
             let ahead = heuristic.ahead(index, from, begins);
             heuristic.waypoints.push(ahead);
             let plain = match agent.waypoints.len() {
-                // Known, but for air in zones, and then there is no reservation table.
+                // Known; among zones it is past those that the drone's own wake is too strong for.
                 1 if agent.smoothing.is_none() && !waypoint.is_timed() => {
                     agent.alone_ticks.saturating_sub(waypoint.rest_ticks)
                 }

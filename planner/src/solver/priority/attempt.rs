@@ -351,7 +351,7 @@ impl<'a> Attempt<'a> {
 
     /// The same where what is flown of them is prepared already, in costmap and reservation table
     /// at a time.
-    fn take_over(&mut self, legs: Vec<Leg>, reservation: Reservation) {
+    pub(super) fn take_over(&mut self, legs: Vec<Leg>, reservation: Reservation) {
         let Some(drone) = reservation.drone() else {
             return;
         };
@@ -366,13 +366,16 @@ impl<'a> Attempt<'a> {
         self.legs[drone.0 as usize] = legs;
     }
 
-    /// Takes a drone out of the costmap and the reservation table.
-    pub(super) fn release(&mut self, drone: DroneId) {
-        if let Some(reservations) = &mut self.reservations {
-            reservations.remove(&self.legs[drone.0 as usize]);
-        }
-        self.legs[drone.0 as usize].clear();
-        self.costmap.remove(drone);
+    /// Takes a drone out of the costmap and the reservation table: its legs, and what it had
+    /// reserved, for [`Attempt::take_over`].
+    pub(super) fn release(&mut self, drone: DroneId) -> (Vec<Leg>, Option<Reservation>) {
+        let legs = std::mem::take(&mut self.legs[drone.0 as usize]);
+        let costmap = &mut self.costmap;
+        let reservation = match &mut self.reservations {
+            Some(table) => rayon::join(|| costmap.remove(drone), || table.remove(&legs)).0,
+            None => costmap.remove(drone),
+        };
+        (legs, reservation)
     }
 
     /// What a drone flies that finds no path.

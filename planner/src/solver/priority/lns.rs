@@ -9,7 +9,9 @@
 
 use std::cmp::Reverse;
 
+use costmap::costmap::Reservation;
 use costmap::leg::{DroneId, Leg};
+use rustc_hash::FxHashMap;
 
 use super::Attempt;
 use crate::graph::agent::Agent;
@@ -33,10 +35,20 @@ const MOST_EXPANSIONS: u64 = 20_000;
 struct Before {
     /// Which drone.
     drone: DroneId,
-    /// As they were reserved.
+    /// Before they are smoothed.
     legs: Vec<Leg>,
+    /// As they were reserved.
+    reservation: Option<Reservation>,
     /// `None`: it stayed at its start.
     path: Option<Path>,
+}
+
+/// Which drones were tried at which price, in vain, since the plan last became better: they need
+/// not be tried again.
+#[derive(Default)]
+struct InVain {
+    gains: u64,
+    tried: FxHashMap<(DroneId, u32), u64>,
 }
 
 impl Attempt<'_> {
@@ -47,11 +59,15 @@ impl Attempt<'_> {
         (self.control.progress)(Progress::Improving);
         let (is_asked, before) = ((self.control.improve)(), self.sum_of_costs());
         self.gives_up_at = (!is_asked).then_some(until_expansions);
-        while PRICES
-            .map(|price| self.improve(price, until_expansions))
-            .contains(&true)
-        {}
-        self.end_at_goals();
+        // Among the threads that share the work: little of it can be handed on from outside.
+        rayon::scope(|_| {
+            let mut in_vain = InVain::default();
+            while PRICES
+                .map(|price| self.improve(price, until_expansions, &mut in_vain))
+                .contains(&true)
+            {}
+            self.end_at_goals();
+        });
         let gained = before - self.sum_of_costs();
         self.effort.improved_ticks = (is_asked || gained > 0).then_some(gained);
     }
@@ -89,8 +105,7 @@ impl Attempt<'_> {
             let path = self.counted(searched);
             let path = path.filter(|path| Some(path.arrives) <= arrived);
             if !path.is_some_and(|path| self.put(drone, path)) {
-                self.reserve(before.legs);
-                self.paths[drone.0 as usize] = before.path;
+                self.put_back(before);
             }
         }
     }
@@ -103,7 +118,7 @@ impl Attempt<'_> {
 
     /// Plans every delayed drone again at a price (ticks), the most delayed first, until then;
     /// whether that made the sum of costs less.
-    fn improve(&mut self, price: u32, until_expansions: u64) -> bool {
+    fn improve(&mut self, price: u32, until_expansions: u64, in_vain: &mut InVain) -> bool {
         let delay = |agent: &Agent| {
             let path = self.paths[agent.drone.0 as usize].as_ref()?;
             let delay = path.arrives.0.saturating_sub(agent.alone_ticks);
@@ -111,13 +126,21 @@ impl Attempt<'_> {
         };
         let mut delayed: Vec<_> = self.agents.iter().filter_map(delay).collect();
         delayed.sort_unstable();
+        let gains = in_vain.gains;
         let mut found = false;
         for (_, drone) in delayed {
             let goes_on = self.effort.expansions < until_expansions || (self.control.improve)();
             if !goes_on || (self.control.stop)() {
                 return false;
             }
-            found |= self.gain(drone, price);
+            if in_vain.tried.get(&(drone, price)) == Some(&in_vain.gains) {
+                continue;
+            }
+            match self.gain(drone, price) {
+                true => in_vain.gains += 1,
+                false => _ = in_vain.tried.insert((drone, price), in_vain.gains),
+            }
+            found |= in_vain.gains > gains;
         }
         found
     }
@@ -131,7 +154,7 @@ impl Attempt<'_> {
         };
         let weights: Vec<u32> = self.weights.iter().map(asked).collect();
         let gained = match self.searched(drone, &weights) {
-            Some(path) if path.met.len() <= MOST_OTHERS => {
+            Some(path) if path.met.len() <= MOST_OTHERS && self.may_gain(&before[0], &path) => {
                 before.extend(path.met.iter().map(|other| self.take_out(*other)));
                 self.put(drone, path) && self.replan(&before[1..], &before)
             }
@@ -142,11 +165,26 @@ impl Attempt<'_> {
                 self.take_out(known.drone);
             }
             for known in before {
-                self.reserve(known.legs);
-                self.paths[known.drone.0 as usize] = known.path;
+                self.put_back(known);
             }
         }
         gained
+    }
+
+    /// Whether a path in place of what its drone had makes the sum of costs less, if all whom it
+    /// meets arrive as if they were alone.
+    fn may_gain(&self, before: &Before, path: &Path) -> bool {
+        let delay = |drone: DroneId, path: &Path| {
+            let alone_ticks = self.agents[drone.0 as usize].alone_ticks;
+            u64::from(path.arrives.0.saturating_sub(alone_ticks))
+        };
+        let met = |drone: &DroneId| {
+            let known = self.paths[drone.0 as usize].as_ref();
+            known.map_or(0, |known| delay(*drone, known))
+        };
+        let own = before.path.as_ref().map_or(0, |it| delay(before.drone, it));
+        let others: u64 = path.met.iter().map(met).sum();
+        delay(before.drone, path) < own + others
     }
 
     /// Whether all of these find a path again, and all that was changed is less in sum.
@@ -190,15 +228,21 @@ impl Attempt<'_> {
 
     /// Takes a drone out of the plan, and remembers what it had.
     fn take_out(&mut self, drone: DroneId) -> Before {
-        let legs = self.legs[drone.0 as usize].clone();
-        if !legs.is_empty() {
-            self.release(drone);
-        }
+        let (legs, reservation) = self.release(drone);
         Before {
             drone,
             legs,
+            reservation,
             path: self.paths[drone.0 as usize].take(),
         }
+    }
+
+    /// Puts a drone back as it was.
+    fn put_back(&mut self, before: Before) {
+        if let Some(reservation) = before.reservation {
+            self.take_over(before.legs, reservation);
+        }
+        self.paths[before.drone.0 as usize] = before.path;
     }
 
     /// Takes a path over, unless others far off cannot bear it.

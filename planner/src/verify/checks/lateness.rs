@@ -25,6 +25,9 @@ use crate::verify::time::encounters::{Encounter, encounters};
 pub const LATEST_S: f64 = 3.0;
 /// Delays are told to this (s): chosen here, a tick of the search.
 pub const FINE_S: f64 = 0.01;
+/// Delays are looked at up to each of these in turn (s): chosen here, many drones of dense fleets
+/// may be late by half a second, and no more.
+const UP_TO_S: [f64; 4] = [0.5, 1.0, 2.0, LATEST_S];
 
 /// How late one drone may be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -88,28 +91,35 @@ impl Fleet<'_> {
     /// How late a flight may be.
     fn lateness(&self, k: usize) -> Lateness {
         let (scene, near) = (self.scene, self.near);
+        let late = &scene.flights[k];
+        let others: Vec<&[Encounter]> = near[k].chunk_by(|a, b| a.other == b.other).collect();
+        let own = slices(scene, &near[k], late, f64::INFINITY);
         let mut known = Lateness {
-            late_s: LATEST_S,
+            late_s: 0.0,
             breaks: None,
         };
-        let late = &scene.flights[k];
-        let others = near[k].chunk_by(|a, b| a.other == b.other);
-        let others: Vec<&[Encounter]> = others.collect();
-        for same in &others {
-            if known.late_s <= 0.0 {
-                return known;
+        for up_to_s in UP_TO_S {
+            let from_s = known.late_s;
+            known.late_s = up_to_s;
+            for same in &others {
+                if known.late_s <= 0.0 {
+                    return known;
+                }
+                let other = &scene.flights[same[0].other];
+                known.by_pair(scene, (late, same), (other, with(near, same[0].other, k)));
             }
-            let other = &scene.flights[same[0].other];
-            known.by_pair(scene, (late, same), (other, with(near, same[0].other, k)));
-        }
-        for slice in slices(scene, &near[k], late, f64::INFINITY) {
-            // All others are ahead by the same.
-            let ahead = slice.met.iter().map(|&from| Emitter::new(from, 0));
-            let shift_s = (0.0, known.late_s);
-            known.by_air(&slice, ahead.collect(), shift_s, late);
-        }
-        for same in others {
-            self.below(k, same[0].other, &mut known);
+            for slice in &own {
+                // All others are ahead by the same.
+                let ahead = slice.met.iter().map(|&from| Emitter::new(from, 0));
+                let shift_s = (from_s.min(known.late_s), known.late_s);
+                known.by_air(slice, ahead.collect(), shift_s, late);
+            }
+            for same in &others {
+                self.below(k, same[0].other, from_s, &mut known);
+            }
+            if known.breaks.is_some() {
+                break;
+            }
         }
         for zone in &scene.zones {
             known.by_zone(scene, zone, k);
@@ -117,17 +127,15 @@ impl Fleet<'_> {
         known
     }
 
-    /// The air of another flight with this one late, all others on time.
-    fn below(&self, k: usize, other: usize, known: &mut Lateness) {
+    /// The air of another flight with this one late by as much and more (s), all others on time.
+    fn below(&self, k: usize, other: usize, from_s: f64, known: &mut Lateness) {
         let (scene, receiver) = (self.scene, &self.scene.flights[other]);
+        let shift_s = |late_s: f64| (-late_s, -from_s.min(late_s));
         let together = with(self.near, other, k);
         let counts_s: Vec<Span> = match self.is_over[other] {
             true => together.iter().map(|it| it.span_s).collect(),
             // Where the late one's air does not count the others' is in order.
-            false => {
-                let shift_s = (-known.late_s, 0.0);
-                within_reach_s(scene, receiver, together, (k, shift_s))
-            }
+            false => within_reach_s(scene, receiver, together, (k, shift_s(known.late_s))),
         };
         if counts_s.is_empty() {
             return;
@@ -140,7 +148,7 @@ impl Fleet<'_> {
         let slices = self.slices[other].iter().zip(&self.bounds_mps[other]);
         for (slice, bound_mps) in slices.filter(|(it, _)| counts(it.span_s)) {
             let behind = Emitter::new(k, 0);
-            let shift_s = (-known.late_s, 0.0);
+            let shift_s = shift_s(known.late_s);
             let alone = part_of(slice, shift_s, Vec::new());
             let on_time_mps = *bound_mps.get_or_init(|| slice.bound_mps());
             if slice.exposed.bears(&alone, behind, on_time_mps) {
