@@ -32,6 +32,7 @@ use column::{Column, Glance, Record};
 use pieces::pieces;
 pub(crate) use steps::Steps;
 use steps::{Pace, STILL, cells};
+use table::Hovering;
 
 /// A drone's leg, as it concerns hovering at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,7 +228,7 @@ impl<'a> ReservationTable<'a> {
         let steps = self.steps;
         let other = usize::from(record.class);
         let direction = usize::from(record.direction);
-        for (offset, span) in steps.table(me, other).hovering(direction) {
+        for Hovering { offset, span } in steps.table(me, other).hovering(direction) {
             let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
             let Some(place) = steps.lattice.at(here) else {
                 continue;

@@ -37,11 +37,19 @@ pub(super) struct ConflictTable {
     /// and of the second may last down that far (ticks).
     lasts: Vec<[u32; 2]>,
     /// See [`ConflictTable::hovering`].
-    hovering: [OnceLock<Vec<([i32; 3], Span)>>; DIRECTIONS],
+    hovering: [OnceLock<Vec<Hovering>>; DIRECTIONS],
     /// See [`ConflictTable::near`].
     near: [OnceLock<Vec<Near>>; DIRECTIONS],
     /// See [`ConflictTable::near_still`].
     near_still: [OnceLock<Vec<Near>>; DIRECTIONS],
+}
+
+/// What a step does to a drone that hovers beside it.
+#[derive(Debug)]
+pub(super) struct Hovering {
+    /// Of the beginning of the step from where the drone hovers.
+    pub(super) offset: [i32; 3],
+    pub(super) span: Span,
 }
 
 /// A column of the floor beside a step.
@@ -108,20 +116,20 @@ impl ConflictTable {
         }
     }
 
-    /// Offsets of the beginning of the second's step from where the first hovers, by that step's
-    /// direction, with what it forbids or costs there.
-    pub(super) fn hovering(&self, others: usize) -> &[([i32; 3], Span)] {
+    /// By the direction of the second's step, where it forbids the first to hover or costs something
+    /// there.
+    pub(super) fn hovering(&self, others: usize) -> &[Hovering] {
         self.hovering[others].get_or_init(|| {
             let layers = self.shape.extent.layers;
             let all_near: Vec<Near> = self.all_near().collect();
             let at_layer = |dz: i32| {
-                all_near.iter().map(move |near| {
-                    let [dx, dy] = near.aside;
-                    ([dx, dy, dz], self.span([STILL, others], near, dz))
+                all_near.iter().map(move |near| Hovering {
+                    offset: [near.aside[0], near.aside[1], dz],
+                    span: self.span([STILL, others], near, dz),
                 })
             };
             let all = (-layers..=layers).flat_map(at_layer);
-            all.filter(|(_, span)| !span.is_empty() || span.price > 0)
+            all.filter(|it| !it.span.is_empty() || it.span.price > 0)
                 .collect()
         })
     }
