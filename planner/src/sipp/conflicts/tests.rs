@@ -11,6 +11,7 @@ use parry3d::shape::Ball;
 
 use super::directions::neighbour;
 use super::shape::Shape;
+use super::steps::Span;
 use super::synchronous::{Course, DIRECTIONS, Met, Stride, SynchronousSteps};
 use super::*;
 use crate::scenario::read_world;
@@ -285,6 +286,52 @@ fn the_tables_are_the_swept_volumes_sampled() {
 #[test]
 fn the_tables_of_late_air_are_the_swept_volumes_sampled_and_delayed() {
     tables_are_volumes(true);
+}
+
+/// What is left out of the columns beside a step forbids nothing, costs nothing and brings no load.
+#[test]
+fn columns_that_are_not_looked_at_hold_nothing() {
+    let mut left_out = 0;
+    for late in [false, true] {
+        let (job, empty) = job(late);
+        let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
+        let classes = 0..steps.class_count();
+        let pairs = classes
+            .clone()
+            .flat_map(|me| classes.clone().map(move |other| (me, other)));
+        for (me, other) in pairs {
+            let table = steps.table(me, other);
+            let aside = -table.shape.extent.reach..=table.shape.extent.reach;
+            let columns = aside
+                .clone()
+                .flat_map(|x| aside.clone().map(move |y| [x, y]));
+            for (direction, column) in
+                (0..27).flat_map(|it| columns.clone().map(move |at| (it, at)))
+            {
+                let holds = |others: usize| {
+                    let spans = table.shape.spans(direction, others, column);
+                    spans.iter().any(|span| *span != Span::default())
+                };
+                if table
+                    .near(direction)
+                    .iter()
+                    .all(|near| near.aside != column)
+                {
+                    left_out += 1;
+                    let held = (0..27).find(|others| holds(*others));
+                    assert_eq!(held, None, "{direction} {column:?}");
+                }
+                if table
+                    .near_still(direction)
+                    .iter()
+                    .all(|near| near.aside != column)
+                {
+                    assert!(!holds(STILL), "{direction} {column:?}");
+                }
+            }
+        }
+    }
+    assert!(left_out > 500, "{left_out}");
 }
 
 fn tables_are_volumes(late: bool) {
