@@ -116,8 +116,8 @@ impl ConflictTable {
         }
     }
 
-    /// By the direction of the second's step, where it forbids the first to hover or costs something
-    /// there.
+    /// By the direction of the second's step, where it forbids the first to hover, or costs
+    /// something.
     pub(super) fn hovering(&self, others: usize) -> &[Hovering] {
         self.hovering[others].get_or_init(|| {
             let layers = self.shape.extent.layers;
