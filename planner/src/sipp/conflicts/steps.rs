@@ -219,7 +219,7 @@ impl Steps {
     }
 
     /// The same of all pairs, `[class][other class]`.
-    pub(super) fn shapes(&self) -> impl ExactSizeIterator<Item = &Shape> {
+    pub(super) fn shapes(&self) -> impl Iterator<Item = &Shape> {
         self.tables.iter().map(|table| &table.shape)
     }
 
