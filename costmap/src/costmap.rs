@@ -582,16 +582,17 @@ impl Costmap {
         let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
             return 0;
         };
-        let theirs = self.fleet.exposed_during(&item.leg, part);
+        let bears = |load: u32| {
+            let theirs = self.fleet.exposed_during(&item.leg, part);
+            self.bears(item, &theirs, (load, budget))
+        };
         let why = if meeting.bodies {
             Some(Why::Bodies)
         } else if meeting.column {
             Some(Why::Column)
         } else if meeting.load_on_first > self.budget {
             Some(Why::OwnLimit)
-        } else if meeting.load_on_second > 0
-            && !self.bears(item, &theirs, (meeting.load_on_second, budget))
-        {
+        } else if meeting.load_on_second > 0 && !bears(meeting.load_on_second) {
             Some(Why::TheirLimit)
         } else {
             None

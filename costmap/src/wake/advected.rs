@@ -42,15 +42,17 @@ fn line(leg: &Leg, since: Tick) -> Line {
 /// emitter's leg can reach the receiver's.
 pub(super) fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) -> Option<Relative> {
     let since = emitter.start.min(receiver.start);
-    let moments =
-        [emitter, receiver].map(|leg| [leg.start, leg.end].map(|tick| f64::from(tick.0 - since.0)));
-    let ([left_0, left_1], [met_0, met_1]) = (moments[0], moments[1]);
-    let [delay, shift] = [delay, shift].map(f64::from);
-    if met_1 + shift <= left_0 || left_1 + delay + shift <= met_0 {
+    let moments = |leg: &Leg| {
+        let moment = |tick: Tick| f64::from(tick.0 - since.0);
+        [moment(leg.start), moment(leg.end)]
+    };
+    let (left, met) = (moments(emitter), moments(receiver));
+    let (delay, shift) = (f64::from(delay), f64::from(shift));
+    if met[1] + shift <= left[0] || left[1] + delay + shift <= met[0] {
         return None;
     }
-    let lines = [emitter, receiver].map(|leg| line(leg, since));
-    Relative::new(&lines[0], &lines[1], moments).delayed([-shift, delay + shift])
+    let (emitted, received) = (line(emitter, since), line(receiver, since));
+    Relative::new(&emitted, &received, [left, met]).delayed([-shift, delay + shift])
 }
 
 /// How late the air of a drone may be: that of the slowest that its airframe makes, since drones

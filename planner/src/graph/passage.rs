@@ -6,6 +6,7 @@
 //! Journal of Robotics and Automation 2(3), 1986), along the side on which the distance to solids
 //! changes most: along a slit boxes stay long. What is closed is closed for good.
 
+use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -13,7 +14,7 @@ use nalgebra::{Point3, Vector3};
 use rustc_hash::FxHashMap;
 
 use crate::scenario::solid::Solids;
-use crate::scenario::world::Bounds;
+use crate::scenario::world::{Bounds, World};
 
 /// Boxes looked at: chosen here, some tenths of a second of work.
 const MOST_BOXES: usize = 80_000;
@@ -44,6 +45,46 @@ pub(crate) enum Passage {
     Closed,
     /// Boxes, steps or sizes ended first.
     Undecided,
+}
+
+/// Passages among the solids of a world, each looked for once: a fleet that is planned by other
+/// rules asks for the same again.
+#[derive(Debug)]
+pub(crate) struct Passages {
+    /// Of the world.
+    pub(crate) solids: Solids,
+    known: RefCell<Vec<(Asked, Passage)>>,
+}
+
+/// Bounds, radius (m) and ends (m) of a passage.
+type Asked = (Bounds, f64, [Point3<f64>; 2]);
+
+impl Passages {
+    /// None is known yet.
+    pub(crate) fn of(world: &World) -> Passages {
+        Passages {
+            solids: Solids::of(world),
+            known: RefCell::default(),
+        }
+    }
+
+    /// [`passage`] among these solids.
+    pub(crate) fn find(
+        &self,
+        bounds_m: &Bounds,
+        radius_m: f64,
+        ends_m: [Point3<f64>; 2],
+    ) -> Passage {
+        let asked = (*bounds_m, radius_m, ends_m);
+        let known = self.known.borrow();
+        if let Some((_, passage)) = known.iter().find(|(other, _)| *other == asked) {
+            return passage.clone();
+        }
+        drop(known);
+        let found = passage(bounds_m, &self.solids, radius_m, ends_m);
+        self.known.borrow_mut().push((asked, found.clone()));
+        found
+    }
 }
 
 /// What is known of a box of places.

@@ -51,6 +51,7 @@ use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::lattice::Lattice;
+use crate::graph::passage::Passages;
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::trajectory::SAME_PLACE_M;
@@ -157,7 +158,7 @@ impl Running {
     pub fn new(world: World, plan: Plan) -> Result<Running, GivenError> {
         let world = world.ruled_as(&plan);
         check(&world, &plan)?;
-        let mut job = prepare(&world, &|| false);
+        let mut job = prepare(&world, &Passages::of(&world), &|| false);
         let agents = std::mem::take(&mut job.agents);
         let mut tracks = Vec::with_capacity(agents.len());
         for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {

@@ -7,6 +7,7 @@ use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
 
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::passage::Passages;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{
     Blocker, Control, Effort, EndpointConflict, EndpointConflicts, EndpointKind, Failure, Outcome,
@@ -125,6 +126,7 @@ pub(crate) fn by_open_rules<'a>(
     let mut notes = Vec::new();
     let mut effort = Effort::default();
     let mut is_tried_finer = false;
+    let passages = Passages::of(world);
     let worlds: Vec<&World> = std::iter::once(world).chain(weaker).collect();
     for (index, &world) in worlds.iter().enumerate() {
         let next = worlds.get(index + 1);
@@ -137,7 +139,7 @@ pub(crate) fn by_open_rules<'a>(
         let still = covered.and_then(|share| Why::of_covered(world, share));
         let tried = match still.filter(|_| next.is_some()) {
             Some(why) => Ok(Err((why, Effort::default()))),
-            None => by_rules(world, rules, control, &solve),
+            None => by_rules(world, rules, (control, &passages), &solve),
         };
         let why = match tried {
             Ok(Ok(mut solved)) => {
@@ -209,10 +211,10 @@ const MOST_HALVINGS_LAST: u32 = 1;
 fn by_rules<'a>(
     world: &'a World,
     rules: Rules,
-    control: &'a Control<'a>,
+    (control, passages): (&'a Control<'a>, &Passages),
     solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
-    let mut run = Run::new(world, control)?;
+    let mut run = Run::new(world, control, passages)?;
     if matches!(rules, Rules::First | Rules::Between) {
         let is_first = rules == Rules::First;
         if let Some(why) = Why::before(world, &run.job) {
@@ -300,7 +302,7 @@ pub(crate) fn tried(
     effort: &mut Effort,
 ) -> Option<Paths> {
     let control = control.trying();
-    let mut run = Run::new(world, &control).ok()?;
+    let mut run = Run::new(world, &control, &Passages::of(world)).ok()?;
     run.most_expansions = Some(most_expansions);
     (run.improves, run.halvings) = (false, None);
     let solved = run.solve();
@@ -337,11 +339,15 @@ pub(crate) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Prepares a world that has been checked.
+    /// Prepares a world that has been checked; `passages` are those of its solids.
     ///
     /// # Errors
     /// The conflicts of endpoints, where starts exclude one another.
-    pub(crate) fn new(world: &'a World, control: &'a Control<'a>) -> Result<Run<'a>, Exclusions> {
+    pub(crate) fn new(
+        world: &'a World,
+        control: &'a Control<'a>,
+        passages: &Passages,
+    ) -> Result<Run<'a>, Exclusions> {
         (control.progress)(Progress::Preparing);
         let endpoints = endpoints::find(world);
         let mut conflicts = endpoints.conflicts.worst.iter();
@@ -351,7 +357,7 @@ impl<'a> Run<'a> {
         Ok(Run {
             world,
             control,
-            job: prepare(world, control.stop),
+            job: prepare(world, passages, control.stop),
             endpoints,
             effort: Effort::default(),
             most_expansions: None,
@@ -523,7 +529,7 @@ pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash
     (control.progress)(Progress::IgnoringDownwash);
     ignoring_downwash(
         world,
-        &prepare(world, control.stop),
+        &prepare(world, &Passages::of(world), control.stop),
         &endpoints.goals,
         control,
     )
@@ -630,7 +636,7 @@ mod tests {
     /// The plan of a world without wakes, and its contrast.
     fn without_wakes(text: &str) -> (Plan, IgnoringDownwash) {
         let world = read_world(text).expect("in order");
-        let job = prepare(&world, &|| false);
+        let job = prepare(&world, &Passages::of(&world), &|| false);
         let costmap = job.costmap_ignoring_downwash(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let paths = plan_fleet(&problem, &mut Effort::default()).expect("no budget");

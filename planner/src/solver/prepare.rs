@@ -16,13 +16,13 @@ use rayon::prelude::*;
 use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::{Distances, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::Lattice;
-use crate::graph::passage::{Passage, passage};
+use crate::graph::passage::{Passage, Passages};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
 use crate::graph::turns::{Smoothing, lift_beyond_m, swerve_m};
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
-    AtEnd, AtStart, Drone, LIFT_M, LIFT_MPS, PathMotion, Task, Vehicle, World,
+    AtEnd, AtStart, Bounds, Drone, LIFT_M, LIFT_MPS, PathMotion, Task, Vehicle, World,
 };
 use crate::solver::outlines::top;
 
@@ -48,20 +48,19 @@ pub(crate) struct Job {
 }
 
 /// Makes the roadmap and every drone's agent. For drones that have no path on the lattice one is
-/// looked for beyond it, until it says to `stop`.
-pub(crate) fn prepare(world: &World, stop: &dyn Fn() -> bool) -> Job {
+/// looked for beyond it, among `passages` of the same solids, until it says to `stop`.
+pub(crate) fn prepare(world: &World, passages: &Passages, stop: &dyn Fn() -> bool) -> Job {
     let mut job = prepare_with(world, &[]);
-    let solids = Solids::of(world);
     let mut looked = 0;
     for index in 0..job.agents.len() {
         if job.agents[index].alone_ticks != UNREACHABLE || looked == MOST_PASSAGES || stop() {
             continue;
         }
         looked += 1;
-        let found = job.passages(world, &solids, index);
+        let found = job.channels(world, passages, index);
         let is_open = !found.is_empty();
         for channel in found {
-            (job.roadmap).open_channel(&world.bounds_m, &solids, &channel);
+            (job.roadmap).open_channel(&world.bounds_m, &passages.solids, &channel);
         }
         if is_open {
             job.use_channels();
@@ -154,7 +153,7 @@ impl Job {
 
     /// Paths beyond the lattice for the parts of a drone's job that no path on it leads along;
     /// notes which are closed to its body.
-    fn passages(&mut self, world: &World, solids: &Solids, index: usize) -> Vec<Channel> {
+    fn channels(&mut self, world: &World, passages: &Passages, index: usize) -> Vec<Channel> {
         let agent = &self.agents[index];
         let (mut found, mut closed) = (Vec::new(), Vec::new());
         let mut from = agent.start;
@@ -167,7 +166,7 @@ impl Job {
             let radius_m = agent.mover.radius_m();
             // What stands on something, or is low over its pad, is nearer to it than it may fly.
             let typed = &world.drones[index];
-            let is_low = goals_of(world, solids, typed, &typed.tasks).nth(task);
+            let is_low = goals_of(world, &passages.solids, typed, &typed.tasks).nth(task);
             let is_low = is_low.is_some_and(|goal| goal.lift_m.is_some());
             let is_grounded = before == agent.start && agent.grounded;
             let [leaves, reaches] = [(before, is_grounded), (to, is_low)].map(|(end, is_low)| {
@@ -181,11 +180,11 @@ impl Job {
             let is_above = leaves.1 && reaches.1;
             let ends_m = [leaves.0, reaches.0].map(|end| self.roadmap.position_m(end));
             let body_m = typed.vehicle.body_radius_m;
-            match flown_through(world, solids, (radius_m, ends_m)) {
+            match flown_through(&world.bounds_m, passages, (radius_m, ends_m)) {
                 Passage::Open(points_m) if is_above => found.push(Channel { radius_m, points_m }),
                 Passage::Closed if is_above => closed.push((agent.drone, task)),
                 _ if !is_above
-                    && passage(&world.bounds_m, solids, body_m, ends_m) == Passage::Closed =>
+                    && passages.find(&world.bounds_m, body_m, ends_m) == Passage::Closed =>
                 {
                     closed.push((agent.drone, task));
                 }
@@ -265,16 +264,16 @@ impl Job {
 /// A path from one place (m) to another for a ball (m) that keeps off the floor as well, as far as
 /// both places are; it is closed only where the floor is not why.
 fn flown_through(
-    world: &World,
-    solids: &Solids,
+    bounds_m: &Bounds,
+    passages: &Passages,
     (radius_m, ends_m): (f64, [Point3<f64>; 2]),
 ) -> Passage {
-    let mut above_m = world.bounds_m;
+    let mut above_m = *bounds_m;
     let lowest_m = ends_m[0].z.min(ends_m[1].z);
     above_m.min.z = (above_m.min.z + radius_m).min(lowest_m).max(above_m.min.z);
-    match passage(&above_m, solids, radius_m, ends_m) {
-        Passage::Closed if above_m.min.z > world.bounds_m.min.z => {
-            match passage(&world.bounds_m, solids, radius_m, ends_m) {
+    match passages.find(&above_m, radius_m, ends_m) {
+        Passage::Closed if above_m.min.z > bounds_m.min.z => {
+            match passages.find(bounds_m, radius_m, ends_m) {
                 Passage::Closed => Passage::Closed,
                 _ => Passage::Undecided,
             }

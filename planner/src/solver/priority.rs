@@ -526,6 +526,7 @@ mod tests {
 
     use super::*;
     use crate::graph::agent::Ending;
+    use crate::graph::passage::Passages;
     use crate::scenario::world::AtEnd;
     use crate::solver::assemble::assemble;
     use crate::solver::prepare::prepare;
@@ -563,7 +564,7 @@ mod tests {
         }
         world.drones[7].tasks.clear();
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
-        let job = prepare(&world, &|| false);
+        let job = prepare(&world, &Passages::of(&world), &|| false);
         let costmap = job.costmap(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
@@ -606,7 +607,7 @@ mod tests {
             drone.start_m += aside;
             drone.tasks.iter_mut().for_each(|task| task.to_m += aside);
         }
-        let job = prepare(&world, &|| false);
+        let job = prepare(&world, &Passages::of(&world), &|| false);
         let beside = |agent: &&Agent| job.roadmap.is_stop(agent.start);
         assert_eq!(job.agents.iter().filter(beside).count(), 10);
         let costmap = job.costmap(&world, world.drones.len());
@@ -650,7 +651,7 @@ mod tests {
         );
         let world = crate::scenario::read_world(&text).expect("in order");
         let world = world.relaxed().expect("it leaves rules open");
-        let job = prepare(&world, &|| false);
+        let job = prepare(&world, &Passages::of(&world), &|| false);
         let costmap = job.costmap(&world, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();

@@ -66,7 +66,7 @@ pub(crate) const LARGEST_GROUP: usize = 6;
 /// States of a search for what is in the way: chosen here, a second of work.
 const MOST_EXPANSIONS_IN_THE_WAY: u64 = 20_000;
 /// The same where air takes time: chosen here, as much work.
-const MOST_LATE_EXPANSIONS_IN_THE_WAY: u64 = 4_000;
+const MOST_LATE_EXPANSIONS_IN_THE_WAY: u64 = 2_000;
 /// For how many refused drones it is asked what is in the way: chosen here.
 const MOST_ASKED: usize = 12;
 

@@ -14,6 +14,7 @@ use super::shape::Shape;
 use super::steps::Span;
 use super::synchronous::{Course, DIRECTIONS, Met, Stride, SynchronousSteps};
 use super::*;
+use crate::graph::passage::Passages;
 use crate::scenario::read_world;
 use crate::solver::prepare::{Job, prepare};
 
@@ -37,7 +38,7 @@ fn job(late: bool) -> (Job, Costmap) {
     };
     let text = HALL.replace("drones: [", &format!("{air}    drones: ["));
     let world = read_world(&text).expect("in order");
-    let job = prepare(&world, &|| false);
+    let job = prepare(&world, &Passages::of(&world), &|| false);
     let costmap = job.costmap(&world, world.drones.len());
     (job, costmap)
 }
@@ -437,7 +438,7 @@ fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
         .replace(r#"(name: "rack", min_m: (3, 0, 0), max_m: (5, 7, 3))"#, "");
     let world = read_world(&text).expect("in order");
     let world = world.relaxed().expect("it leaves the air open");
-    let job = prepare(&world, &|| false);
+    let job = prepare(&world, &Passages::of(&world), &|| false);
     let empty = job.costmap(&world, world.drones.len());
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
     let together = SynchronousSteps::new(&steps, 50);
