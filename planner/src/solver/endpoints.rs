@@ -343,7 +343,7 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
         air_mps: peak.air_mps,
         limit_mps,
     };
-    let alone = (run.iter()).filter(|it| judge.zone_peak(k, &[**it]).is_some());
+    let alone = (run.iter()).filter(|it| judge.breaks_zone(k, &[**it]));
     let mut by: Vec<usize> = alone.map(|it| it.from()).collect();
     if by.is_empty() {
         by.extend(judge.field().strongest(&run, &peak));
@@ -438,5 +438,5 @@ fn spares_zone(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, zone: usi
     let others = others.filter_map(|site| judge.downwash(site, zone));
     let all: Vec<Downwash<'_>> = others.chain([own]).collect();
     let all: Vec<&Downwash<'_>> = all.iter().collect();
-    judge.zone_peak(zone, &all).is_none()
+    !judge.breaks_zone(zone, &all)
 }

@@ -65,6 +65,7 @@ use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
 pub use extents::FAINTEST_WAKE_MPS;
+pub(crate) use extents::Places;
 use scene::{Flight, Scene};
 use time::encounters::{Encounter, encounters};
 use violation::Found;

@@ -9,12 +9,12 @@ use nalgebra::Point3;
 use crate::plan::outcome::EndpointKind;
 use crate::plan::trajectory::{Motion, SAME_PLACE_M};
 use crate::scenario::world::{AtEnd, AtStart, World};
-use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::bounds::obstacles::{NamedSolid, Obstacles};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::checks::air::ALPHA_TOLERANCE;
 use crate::verify::checks::zone::{Downwash, Field, Peak};
 use crate::verify::scene::Attached;
+use crate::verify::{FAINTEST_WAKE_MPS, Places};
 
 /// The world with its solids and its air made ready.
 pub(super) struct EndpointJudge<'a> {
@@ -208,10 +208,22 @@ impl<'a> EndpointJudge<'a> {
 
     /// The highest air in a zone, if it breaks the limit.
     pub(super) fn zone_peak(&self, zone: usize, all: &[&Downwash<'_>]) -> Option<Peak> {
-        let zone = &self.world.zones[zone];
-        let places_m = (zone.min_m.coords, zone.max_m.coords);
-        let limit_mps = zone.air_limit_mps? - self.flown.return_flow_mps;
+        let (places_m, limit_mps) = self.limited(zone)?;
         (self.field()).highest(all, &places_m, (0.0, 0.0), limit_mps)
+    }
+
+    /// Whether the air in a zone breaks its limit.
+    pub(super) fn breaks_zone(&self, zone: usize, all: &[&Downwash<'_>]) -> bool {
+        self.limited(zone).is_some_and(|(places_m, limit_mps)| {
+            (self.field()).is_over(all, &places_m, (0.0, 0.0), limit_mps)
+        })
+    }
+
+    /// A zone's box, and the limit of the wakes in it (m/s); `None`: it has none.
+    fn limited(&self, zone: usize) -> Option<(Places, f64)> {
+        let zone = &self.world.zones[zone];
+        let limit_mps = zone.air_limit_mps? - self.flown.return_flow_mps;
+        Some(((zone.min_m.coords, zone.max_m.coords), limit_mps))
     }
 }
 
@@ -277,5 +289,44 @@ impl Sites {
             site.drone != except && apart_m <= self.farthest_m
         };
         near.filter(is_near).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::read_world;
+
+    #[test]
+    fn a_limit_is_broken_just_where_there_is_air_above_it() {
+        let (mut broken, mut kept) = (0, 0);
+        for k in 0..40 {
+            let at = |n: u32| (f64::from(4 * k + n) * 0.754_877_666_246_69).fract();
+            let drone = |n: u32| {
+                let [x, y, z] = [at(n), at(n + 1), at(n + 2)].map(|share| 2.0 + 4.0 * share);
+                format!(r#"(name: "d{n}", airframe: "kolibri", start_m: ({x}, {y}, {z}))"#)
+            };
+            let text = format!(
+                r#"(name: "one", bounds_m: (min: (0, 0, 0), max: (8, 8, 8)),
+                zones: [(name: "desk", min_m: (3, 3, 0), max_m: (5, 5, 1), air_limit_mps: {})],
+                drones: [{}, {}])"#,
+                0.5 + 3.0 * at(3),
+                drone(0),
+                drone(1),
+            );
+            let world = read_world(&text).expect("in order");
+            let (judge, mut cache) = EndpointJudge::new(&world);
+            let sites = Sites::new(&judge, &mut cache, EndpointKind::Starts);
+            let all = sites.all().iter().filter_map(|it| judge.downwash(it, 0));
+            let all: Vec<Downwash<'_>> = all.collect();
+            let all: Vec<&Downwash<'_>> = all.iter().collect();
+            let is_broken = judge.zone_peak(0, &all).is_some();
+            assert_eq!(judge.breaks_zone(0, &all), is_broken, "case {k}");
+            match is_broken {
+                true => broken += 1,
+                false => kept += 1,
+            }
+        }
+        assert!(broken >= 5 && kept >= 5, "{broken} {kept}");
     }
 }

@@ -287,6 +287,7 @@ impl<'a> Late<'a> {
                     limit_mps,
                     known_mps: limit_mps,
                     most_parts: (*left / cost).clamp(FEWEST_PARTS, MOST_PARTS),
+                    once_violated: 0,
                     is_decided: true,
                 };
                 let found = field.search(here, places_m, span_s, decided);
@@ -370,6 +371,7 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
             limit_mps: known_mps,
             known_mps: found_mps.max(SLIGHTEST_MPS / CLEARED),
             most_parts: (left / air.cost).clamp(FEWEST_PARTS_TOLD, PARTS_TOLD),
+            once_violated: PARTS_ONCE_VIOLATED,
             is_decided: false,
         };
         let found = field.search(here, places_m, steps.span_of_s((from, until)), above);
@@ -430,6 +432,7 @@ fn over_limit(
             limit_mps,
             known_mps: limit_mps,
             most_parts: (left / air.cost).clamp(FEWEST_PARTS, MOST_PARTS),
+            once_violated: PARTS_ONCE_VIOLATED,
             is_decided: true,
         };
         let step = air.field.search(here, &air.places_m, span_s, decided);
@@ -781,6 +784,8 @@ struct Above {
     known_mps: f64,
     /// Parts looked at.
     most_parts: usize,
+    /// Parts looked at once the limit is known to be broken.
+    once_violated: usize,
     /// What may be above it counts as found when there are no more; otherwise it is left.
     is_decided: bool,
 }
@@ -1042,10 +1047,34 @@ impl Field<'_> {
         span_s: Span,
         limit_mps: f64,
     ) -> Option<Peak> {
+        self.decided(all, places_m, span_s, (limit_mps, PARTS_ONCE_VIOLATED))
+    }
+
+    /// Whether there is air over the box and the span that violates the limit (m/s).
+    pub(crate) fn is_over(
+        &self,
+        all: &[&Downwash<'_>],
+        places_m: &Places,
+        span_s: Span,
+        limit_mps: f64,
+    ) -> bool {
+        let found = self.decided(all, places_m, span_s, (limit_mps, 0));
+        found.is_some()
+    }
+
+    /// Air that violates a limit (m/s), the highest found in so many parts once there is some.
+    fn decided(
+        &self,
+        all: &[&Downwash<'_>],
+        places_m: &Places,
+        span_s: Span,
+        (limit_mps, once_violated): (f64, usize),
+    ) -> Option<Peak> {
         let decided = Above {
             limit_mps,
             known_mps: limit_mps,
             most_parts: MOST_PARTS,
+            once_violated,
             is_decided: true,
         };
         let here = Together::new(all.to_vec());
@@ -1092,7 +1121,7 @@ impl Field<'_> {
             let made = parts.len() - 1;
             let violated = best.is_some_and(|peak| peak.air_mps > VIOLATED * limit_mps);
             let enough_mps = CLEARED * best.map_or(limit_mps, |peak| peak.air_mps.max(limit_mps));
-            if part.high_mps <= enough_mps || violated && made > PARTS_ONCE_VIOLATED {
+            if part.high_mps <= enough_mps || violated && made > above.once_violated {
                 open_mps = part.high_mps;
                 break;
             }
