@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead as _, BufReader, Write as _};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -19,6 +20,8 @@ use super::{Broken, Place};
 
 /// How often messages are looked for (s).
 const STEP: Duration = Duration::from_millis(5);
+/// How often another free port is looked for.
+const MOST_TRIES: usize = 20;
 
 #[derive(Args, Debug)]
 pub(super) struct Arguments {
@@ -27,9 +30,9 @@ pub(super) struct Arguments {
     /// Which area, as `a0-1`
     #[arg(long)]
     area: String,
-    /// Where others reach it, as tcp/127.0.0.1:7447
+    /// Where others reach it, as tcp/127.0.0.1:7447 [default: a free port of 127.0.0.1]
     #[arg(long)]
-    listen: String,
+    listen: Option<String>,
     /// Where it reaches others
     #[arg(long)]
     connect: Vec<String>,
@@ -86,12 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Broken> {
     let mut area = Area::new(site, name, world, plan)?;
     let mut journal = replayed(&arguments.journal, &mut area)?;
     let mut flown = File::create(&arguments.flown)?;
-    let mut link = Zenoh::open(Link {
-        site: "soak".to_owned(),
-        area: name.clone(),
-        listen: vec![arguments.listen.clone()],
-        connect: arguments.connect.clone(),
-    })?;
+    let (mut link, endpoint) = open(arguments)?;
+    println!("{endpoint}");
     let mut traffic = Traffic::new(grid, name, arguments.place.crossing);
     let mut said: BTreeMap<String, DronePlan> = BTreeMap::new();
     let mut given: u64 = 0;
@@ -142,6 +141,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Broken> {
     };
     println!("{}", serde_json::to_string(&counted)?);
     Ok(())
+}
+
+/// The link, and where others reach it.
+fn open(arguments: &Arguments) -> Result<(Zenoh, String), Broken> {
+    let at = |endpoint: &str| {
+        Zenoh::open(Link {
+            site: "soak".to_owned(),
+            area: arguments.area.clone(),
+            listen: vec![endpoint.to_owned()],
+            connect: arguments.connect.clone(),
+        })
+    };
+    if let Some(endpoint) = &arguments.listen {
+        return Ok((at(endpoint)?, endpoint.clone()));
+    }
+    // Zenoh does not tell which port it was given: one that is free a moment before may be taken
+    // by then.
+    let mut tries = 0;
+    loop {
+        let free = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
+        let endpoint = format!("tcp/{free}");
+        match at(&endpoint) {
+            Ok(link) => return Ok((link, endpoint)),
+            Err(it) if tries == MOST_TRIES => return Err(it.into()),
+            Err(_) => tries += 1,
+        }
+    }
 }
 
 /// The journal, to be added to; what it holds is done again. A last line that is torn was not acted

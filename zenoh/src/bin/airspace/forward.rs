@@ -3,17 +3,18 @@
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// Takes connections and hands their bytes on, until it is blocked: then nothing moves, and
-/// connections are neither taken nor ended.
-pub(super) fn forward(to: u16, is_blocked: Arc<AtomicBool>) -> io::Result<u16> {
+/// Takes connections and hands their bytes on to a port (none at 0), until it is blocked: then
+/// nothing moves, and connections are neither taken nor ended.
+pub(super) fn forward(to: Arc<AtomicU16>, is_blocked: Arc<AtomicBool>) -> io::Result<u16> {
     let listener = TcpListener::bind("127.0.0.1:0")?;
     let port = listener.local_addr()?.port();
     thread::spawn(move || {
         for here in listener.incoming().flatten() {
+            let to = to.load(Ordering::Relaxed);
             let Ok(there) = TcpStream::connect(("127.0.0.1", to)) else {
                 continue;
             };

@@ -2,12 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::Read as _;
-use std::net::TcpListener;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -48,9 +47,20 @@ pub(super) struct Arguments {
 /// A process of one area, and how to start it again.
 struct Running {
     child: Child,
+    says: BufReader<ChildStdout>,
     words: Vec<String>,
     /// Where what it has flown is kept, one file for each start.
     flown: Vec<PathBuf>,
+}
+
+impl Running {
+    /// Where it is reached: what it says first.
+    fn port(&mut self) -> Result<u16, Broken> {
+        let mut endpoint = String::new();
+        self.says.read_line(&mut endpoint)?;
+        let port = endpoint.trim_end().rsplit(':').next().unwrap_or_default();
+        port.parse().map_err(|_| "a planner has not started".into())
+    }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
@@ -71,10 +81,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
             .map(|it| it.as_secs_f64())
     };
     let begins_s = unix_s()? + STARTS_S;
-    let ports = names
-        .iter()
-        .map(|_| Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port()));
-    let ports: Vec<u16> = ports.collect::<Result<_, std::io::Error>>()?;
+    // Where each is reached; 0 while it is not.
+    let ports: Vec<Arc<AtomicU16>> = names.iter().map(|_| Arc::default()).collect();
     let blocked: Vec<Arc<AtomicBool>> = names.iter().map(|_| Arc::default()).collect();
     let mut running = Vec::new();
     for (index, name) in names.iter().enumerate() {
@@ -83,18 +91,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
         let journal = arguments.out.join(format!("{name}.journal"));
         words.extend([
             format!("--area={name}"),
-            format!("--listen=tcp/127.0.0.1:{}", ports[index]),
             format!("--begins={begins_s}"),
             format!("--until={}", arguments.seconds),
             format!("--journal={}", journal.display()),
         ]);
         // Each pair has one link, which is blocked where either end is cut off.
         for other in 0..index {
-            let port = forward(ports[other], blocked[index].clone())?;
-            let port = forward(port, blocked[other].clone())?;
+            let port = forward(ports[other].clone(), blocked[index].clone())?;
+            let port = forward(Arc::new(port.into()), blocked[other].clone())?;
             words.push(format!("--connect=tcp/127.0.0.1:{port}"));
         }
         running.push(started(arguments, name, words)?);
+    }
+    for (it, port) in running.iter_mut().zip(&ports) {
+        port.store(it.port()?, Ordering::Relaxed);
     }
     let wait_until = |at_s: f64| -> Result<(), Broken> {
         let left_s = begins_s + at_s - unix_s()?;
@@ -103,13 +113,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
     };
     if arguments.kill {
         wait_until(0.25 * arguments.seconds)?;
-        let it = &mut running[names.len() / 2];
+        let index = names.len() / 2;
+        let it = &mut running[index];
         it.child.kill()?;
         it.child.wait()?;
+        ports[index].store(0, Ordering::Relaxed);
         wait_until(0.25 * arguments.seconds + AWAY_S)?;
-        let again = started(arguments, &names[names.len() / 2], it.words.clone())?;
-        it.child = again.child;
-        it.flown.extend(again.flown);
+        let mut again = started(arguments, &names[index], it.words.clone())?;
+        ports[index].store(again.port()?, Ordering::Relaxed);
+        again.flown.splice(0..0, it.flown.drain(..));
+        *it = again;
     }
     if let Some(cut_s) = arguments.cut {
         wait_until(0.5 * arguments.seconds)?;
@@ -121,9 +134,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
     let mut flown = BTreeMap::new();
     for (name, mut it) in names.iter().zip(running) {
         let mut text = String::new();
-        if let Some(output) = &mut it.child.stdout {
-            output.read_to_string(&mut text)?;
-        }
+        it.says.read_to_string(&mut text)?;
         if !it.child.wait()?.success() {
             return Err(format!("the planner of {name} has failed").into());
         }
@@ -141,9 +152,11 @@ fn started(arguments: &Arguments, name: &str, words: Vec<String>) -> Result<Runn
     let flown = files.find(|it| !it.exists()).unwrap_or_default();
     let mut command = Command::new(std::env::current_exe()?);
     command.args(&words).arg("--flown").arg(&flown);
-    let child = command.stdout(Stdio::piped()).spawn()?;
+    let mut child = command.stdout(Stdio::piped()).spawn()?;
+    let says = child.stdout.take().ok_or("it cannot be read")?;
     Ok(Running {
         child,
+        says: BufReader::new(says),
         words,
         flown: vec![flown],
     })
