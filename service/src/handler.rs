@@ -21,7 +21,7 @@ use crate::landing::Landings;
 use crate::message::{
     self, Add, Answer, Change, Changed, Closed, Code, Id, LandAll, Landing, Late, MOST_BYTES,
     MOST_CHANGES, MOST_DRONES, OffPath, OneChange, Open, PROTOCOL, Patch, Record, Refusal, Seen,
-    State, Task, Told, Whole,
+    State, Task, Told, Whole, of_one_line,
 };
 use crate::off_plan::{self, OffPlan};
 
@@ -203,10 +203,7 @@ impl Service {
             return refused(Code::TooMuch, "", message);
         }
         let value: Value = serde_json::from_str(line).map_err(|error| {
-            let place = format!("column {}", error.column());
-            let what = error.to_string();
-            let at = format!(" at line {} column {}", error.line(), error.column());
-            let what = what.strip_suffix(&at).unwrap_or(&what);
+            let (place, what) = of_one_line(&error);
             vec![refusal(Code::Malformed, place, format!("no JSON: {what}"))]
         })?;
         let Value::Object(mut fields) = value else {

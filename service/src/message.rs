@@ -528,6 +528,27 @@ pub enum Record {
     Closed,
 }
 
+impl Record {
+    /// Reads a line of a journal.
+    ///
+    /// # Errors
+    /// It is none: where, and why.
+    pub fn read(line: &str) -> Result<Record, String> {
+        serde_json::from_str(line).map_err(|error| {
+            let (place, what) = of_one_line(&error);
+            format!("{place}: {what}")
+        })
+    }
+}
+
+/// Where in its line JSON is wrong, and why.
+pub(crate) fn of_one_line(error: &serde_json::Error) -> (String, String) {
+    let what = error.to_string();
+    let at = format!(" at line {} column {}", error.line(), error.column());
+    let what = what.strip_suffix(&at).unwrap_or(&what);
+    (format!("column {}", error.column()), what.to_owned())
+}
+
 /// A value by the name of its part of the schema: all fields that are not as it says, at their
 /// place.
 pub(crate) fn faults(part: &str, value: &Value, place: &str) -> Vec<FieldFault> {

@@ -105,8 +105,9 @@ pub(crate) enum Failure {
     NoHardware(String),
     #[error(transparent)]
     Instance(#[from] InstanceError),
-    #[error("{}: {reason}", path.display())]
-    Journal { path: PathBuf, reason: String },
+    /// One error a fault.
+    #[error("{}: {}", path.display(), faults.join("; "))]
+    Journal { path: PathBuf, faults: Vec<String> },
     #[error("the fleet cannot live: {0}")]
     NotSoaked(String),
     #[error("{}: {reason}", path.display())]
@@ -169,6 +170,11 @@ impl Failure {
             Failure::Diagnose(errors) => {
                 for error in errors {
                     tell_error(&error.to_string(), &[]);
+                }
+            }
+            Failure::Journal { path, faults } => {
+                for fault in faults {
+                    tell_error(&format!("{}: {fault}", path.display()), &[]);
                 }
             }
             Failure::Inapplicable(options) => {

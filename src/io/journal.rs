@@ -39,7 +39,7 @@ impl Journal {
         let mut file = file.map_err(Failure::write(path))?;
         let wrong = |reason: String| Failure::Journal {
             path: path.to_owned(),
-            reason,
+            faults: vec![reason],
         };
         file.try_lock()
             .map_err(|error| wrong(format!("another process has it open ({error})")))?;

@@ -212,7 +212,12 @@ fn a_torn_last_line_is_dropped_with_a_remark_and_a_broken_one_before_it_is_refus
     for (broken, words) in [
         (
             text.replacen("\"changed\"", "\"chnged\"", 1),
-            "line 3: unknown variant `chnged`",
+            "line 3: column 9: unknown variant `chnged`",
+        ),
+        // All at once.
+        (
+            text.replace("\"changed\"", "\"chnged\""),
+            "line 4: column 9: unknown variant `chnged`",
         ),
         (
             text.replacen("\"revision\":3", "\"revision\":4", 1),

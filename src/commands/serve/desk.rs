@@ -18,6 +18,9 @@ use crate::report::words::count;
 /// hours of ten a second.
 const MOST_TIMES: usize = 100_000;
 
+/// Of so many wrong lines of a journal each is told. Chosen here: a screen.
+const MOST_TOLD: usize = 20;
+
 /// The plan, the journal, and how long patches took.
 pub(super) struct Desk {
     service: Service,
@@ -182,19 +185,32 @@ impl Desk {
             journal.append(&line_of(&Record::Journal(PROTOCOL.to_owned()))?)?;
             return Ok(journal);
         }
-        let wrong = |index: usize, reason: String| Failure::Journal {
+        let wrong = |faults: Vec<String>| Failure::Journal {
             path: path.to_owned(),
-            reason: format!("line {}: {reason}", index + 1),
+            faults,
         };
+        let at = |index: usize, what: &str| format!("line {}: {what}", index + 1);
         let mut records = Vec::with_capacity(lines.len());
+        let mut faults = Vec::new();
         for (index, line) in lines.iter().enumerate() {
-            let record: Result<Record, _> = serde_json::from_str(line);
-            let record = record.map_err(|it| wrong(index, it.to_string()))?;
-            if (index == 0) != matches!(record, Record::Journal(_)) {
-                let what = format!("a journal begins with {{\"journal\":\"{PROTOCOL}\"}}, once");
-                return Err(wrong(index, what));
+            match Record::read(line) {
+                Ok(record) if (index == 0) == matches!(record, Record::Journal(_)) => {
+                    records.push(record);
+                }
+                Ok(_) => {
+                    let begins = format!("{{\"journal\":\"{PROTOCOL}\"}}");
+                    faults.push(at(index, &format!("a journal begins with {begins}, once")));
+                }
+                Err(what) => faults.push(at(index, &what)),
             }
-            records.push(record);
+        }
+        if faults.len() > MOST_TOLD {
+            let more = count(faults.len() - MOST_TOLD, "line", "lines");
+            faults.truncate(MOST_TOLD);
+            faults.push(format!("{more} more"));
+        }
+        if !faults.is_empty() {
+            return Err(wrong(faults));
         }
         // What was closed is not flown any more.
         let closed = records.iter().rposition(|it| *it == Record::Closed);
@@ -205,7 +221,7 @@ impl Desk {
             }
             let before = self.service.revision();
             let patch = self.service.replay(record.clone());
-            let patch = patch.map_err(|it| wrong(index, it.to_string()))?;
+            let patch = patch.map_err(|it| wrong(vec![at(index, &it.to_string())]))?;
             let event = event_of(&record, patch.as_ref(), before);
             let line = lines[index].clone();
             self.replayed.extend(event.map(|event| (line, event)));
