@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 use planner::Plan;
-use planner::plan::{Obstacle, Solid};
+use planner::plan::{Obstacle, Solid, TrajectoryEntry};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -718,10 +718,16 @@ fn lost(plan: &Plan, courses: &[Course]) -> Vec<String> {
     some("leaves in the plan, stands at its last place here", &|it| {
         it.leaves
     });
+    some("no path was found, stands at its first place here", &|it| {
+        plan.unplanned.iter().any(|left| left.name == it.name)
+    });
+    let jumps = |it: &TrajectoryEntry| {
+        !it.is_smooth() && it.position_m.iter().any(|at_m| *at_m != it.position_m[0])
+    };
     if courses
         .iter()
         .any(|it| it.pieces.iter().any(|piece| piece.is_straight))
-        && plan.drones.iter().any(|it| !it.trajectory.is_smooth())
+        && plan.drones.iter().any(|it| jumps(&it.trajectory))
     {
         let what = "straight pieces change velocity at once, which no drone does: plan with \
                     `motion: Smooth` to fly them as they are";

@@ -430,6 +430,7 @@ pub struct Refusal {
     pub place: String,
     /// What else is wrong.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
     pub also: Vec<Refusal>,
 }
 

@@ -184,6 +184,25 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     then.filter(|it| concerns(it) && is_new(it)).collect()
 }
 
+/// A drone that neither waits nor dwells.
+fn stands(explained: &Explained, plan: &Plan) -> &'static str {
+    let name = &explained.drone;
+    if left_out(explained, plan).is_some() {
+        return "stands at its start: it is not planned";
+    }
+    let drone = plan.drones.iter().find(|it| it.name == *name);
+    match drone.is_some_and(|it| explained.at_s >= it.arrives_s) {
+        true => "stands: it is done",
+        false => "stands: it has not begun",
+    }
+}
+
+/// Of a drone that is not planned, why.
+fn left_out<'p>(explained: &Explained, plan: &'p Plan) -> Option<&'p str> {
+    let left = plan.unplanned.iter().find(|it| it.name == explained.drone);
+    left.map(|it| &it.reason[..])
+}
+
 fn report(explained: &Explained, plan: &Plan) -> Report {
     let name = &explained.drone;
     let at = place(&explained.position_m);
@@ -200,12 +219,15 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 until_s - from_s
             )
         }
-        _ => "stands: it has not begun, or is done".to_owned(),
+        _ => stands(explained, plan).to_owned(),
     };
     let mut report = Report::new(
         format!("{}: `{name}` at {:.2} s", plan.scenario, explained.at_s),
         format!("It {what}, at {at}."),
     );
+    if let Some(reason) = left_out(explained, plan).filter(|it| !it.is_empty()) {
+        report.section("Why", vec![Part::line(reason.to_owned())]);
+    }
     if let Some((from_s, until_s)) = explained.span_s.filter(|_| explained.does != "dwell") {
         let saved_s = saved_s((from_s, until_s), explained.costs_s);
         let lines = match (&explained.waits_for, explained.otherwise.len()) {

@@ -24,6 +24,9 @@ pub(crate) struct Kept {
     pub(crate) torn: usize,
 }
 
+/// How every journal begins. What begins otherwise is left as it is.
+const HEAD: &[u8] = b"{\"journal\":\"";
+
 impl Journal {
     /// Opens a journal, or begins one.
     ///
@@ -45,6 +48,10 @@ impl Journal {
             .map_err(|error| wrong(format!("another process has it open ({error})")))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(Failure::read(path))?;
+        let begins = bytes.len().min(HEAD.len());
+        if bytes[..begins] != HEAD[..begins] {
+            return Err(wrong("it is no journal".to_owned()));
+        }
         let whole = bytes
             .iter()
             .rposition(|it| *it == b'\n')

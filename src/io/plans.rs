@@ -181,6 +181,12 @@ impl Source {
     /// kind, in the order of their names.
     fn files(&self) -> Result<(Vec<PathBuf>, Option<String>), Failure> {
         let path = self.path();
+        if let Some(folder) = self.paths.iter().find(|it| it.is_dir())
+            && self.paths.len() > 1
+        {
+            let why = "a folder is read by itself: name it alone, or the files";
+            return Err(not_a_plan(folder, why.to_owned()));
+        }
         let folder = match path.is_dir() {
             true => path,
             false => path.parent().unwrap_or(Path::new("")),

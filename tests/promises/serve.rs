@@ -227,7 +227,9 @@ fn a_torn_last_line_is_dropped_with_a_remark_and_a_broken_one_before_it_is_refus
             text.replacen("serve/1", "serve/9", 1),
             "line 1: the journal is of `serve/9`",
         ),
-        ("{\"closed\":null}\n".to_owned(), "line 1"),
+        ("{\"closed\":null}\n".to_owned(), "it is no journal"),
+        // A file of something else is left as it is, though its last line has no end.
+        ("{\"note\":\"mine\"}".to_owned(), "it is no journal"),
     ] {
         fs::write(&path, &broken).unwrap();
         let output = told(folder.path(), journal, &plan);

@@ -58,6 +58,10 @@ impl Bottlenecks {
         let mut drones: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
         let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
         for (drone, (k, stops)) in plan.drones.iter().zip(stops.iter().enumerate()) {
+            if drone.waits_s <= 0.0 {
+                // It stands for an appointment, or what it waits is not known.
+                continue;
+            }
             found.waits_s += drone.waits_s;
             for stop in stops {
                 let Some(waits_s) = stop.costs_s else {

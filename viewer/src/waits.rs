@@ -33,6 +33,10 @@ const STILL: f64 = 0.1;
 /// Between two looks at its speed (s): chosen here, five to the shortest stop that is told.
 const LOOK_S: f64 = 0.05;
 
+/// Places nearer to one another are one (m): chosen here, what a smooth path lacks of its task
+/// while it comes to rest.
+const SAME_PLACE_M: f64 = 1e-3;
+
 /// A stop between two moves, or a dwell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
@@ -99,7 +103,7 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
     let points = path.t_s.len().min(path.position_m.len());
     let mut found = Vec::new();
     let mut next = 0;
-    let is_same = |a: &Point3<f64>, b: &Point3<f64>| (a - b).norm() < 1e-6;
+    let is_same = |a: &Point3<f64>, b: &Point3<f64>| (a - b).norm() < SAME_PLACE_M;
     let mut tasks = world
         .and_then(|it| it.drones.get(drone))
         .map(|it| it.tasks.iter().peekable());
@@ -109,7 +113,8 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
         let until_s = path.t_s[next - 1];
         let mut dwelt_s = from_s;
         if let Some(tasks) = &mut tasks {
-            while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < 1e-3) {
+            while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < SAME_PLACE_M)
+            {
                 let held_s = task.during_s.map_or(0.0, |[_, until_s]| until_s);
                 dwelt_s = (dwelt_s + task.dwell_s).max(held_s);
             }

@@ -306,8 +306,18 @@ impl Agent {
     }
 
     /// The first waypoint that it reaches too late with no other drone there, however straight it
-    /// flies: its index, and when it is there along the lattice.
+    /// flies: its index, and when it is there, and at rest, along the lattice.
     pub(crate) fn comes_late(&self, roadmap: &Roadmap) -> Option<(usize, Tick)> {
+        self.is_late(roadmap, LATTICE_DETOUR)
+    }
+
+    /// The same along the lattice alone.
+    pub(crate) fn comes_late_along_lattice(&self, roadmap: &Roadmap) -> Option<(usize, Tick)> {
+        self.is_late(roadmap, 1.0)
+    }
+
+    /// Paths may be shorter than the lattice's by a factor.
+    fn is_late(&self, roadmap: &Roadmap, detour: f64) -> Option<(usize, Tick)> {
         let (mut from, mut at) = (self.start, self.departs);
         let moves = |first: &Waypoint| first.distances.goal() != self.start;
         if self.begun.is_empty() && self.waypoints.first().is_some_and(moves) {
@@ -318,9 +328,9 @@ impl Agent {
             if ticks == UNREACHABLE {
                 return None;
             }
-            let straight = (f64::from(ticks) / LATTICE_DETOUR) as u32;
+            let straight = (f64::from(ticks) / detour) as u32;
             if at.after(straight) > waypoint.due {
-                return Some((index, at.after(ticks)));
+                return Some((index, at.after(ticks).after(self.lead_ticks())));
             }
             at = at.after(straight.saturating_add(waypoint.dwell_ticks));
             at = at.max(waypoint.until);

@@ -18,10 +18,12 @@ pub enum FailureCause {
     TooLate {
         /// Which task, counted from 1.
         task: usize,
-        /// When it is there along the lattice (s).
+        /// When it is there, and at rest, along the lattice (s).
         at_s: f64,
         /// When it is due (s), where that is known.
         due_s: Option<f64>,
+        /// Whether no path is short enough; else none was found.
+        is_proven: bool,
     },
     /// Its goal and another's, or a zone, exclude one another; where that is known, how.
     GoalConflict(Option<GoalConflict>),
@@ -387,11 +389,20 @@ impl fmt::Display for FailureCause {
             FailureCause::NoPath(None) => f.write_str(
                 "there is no path through free space to one of its tasks that its body fits through",
             ),
-            FailureCause::TooLate { task, at_s, due_s } => {
+            FailureCause::TooLate {
+                task,
+                at_s,
+                due_s,
+                is_proven,
+            } => {
+                let none = match is_proven {
+                    true => "no path is short enough",
+                    false => "no shorter path was found",
+                };
                 write!(
                     f,
                     "with no other drone there it is at task {task} at {at_s:.2} s along the lattice, \
-                     and no path is short enough"
+                     and {none}"
                 )?;
                 due_s.map_or(Ok(()), |due_s| write!(f, ": it is due at {due_s} s"))
             }

@@ -98,11 +98,19 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         control,
         ..
     } = *refusals;
-    let obstructed = |(_, why): &&(DroneId, FailureKind)| matches!(why, FailureKind::Obstructed(_));
+    // Others are not in the way of who is late without them.
+    let late = |drone: DroneId| {
+        let agent = Some(&job.agents[drone.0 as usize]).filter(|it| it.is_timed());
+        agent.and_then(|it| it.comes_late_along_lattice(&job.roadmap))
+    };
+    let obstructed = |(drone, why): &&(DroneId, FailureKind)| {
+        matches!(why, FailureKind::Obstructed(_)) && late(*drone).is_none()
+    };
     let asked = paths.unplanned.iter().filter(obstructed).map(|it| it.0);
     let asked: Vec<DroneId> = asked.take(MOST_ASKED).collect();
     let stopped = in_their_way(job, paths, &asked, control);
-    let groups = joined(&paths.unplanned, &stopped);
+    let mut groups = joined(&paths.unplanned, &stopped);
+    groups.retain(|group| group.iter().any(|drone| late(*drone).is_none()));
     let remedy = |(index, group): (usize, &Vec<DroneId>)| {
         let small = index < MOST_REMEDIES && group.len() <= LARGEST_GROUP;
         small.then(|| refusals.gentlest_pass(group))
@@ -129,17 +137,17 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
             extent: refusals.extent(drone),
         }
     };
+    let due_s = |drone: DroneId, task: usize| {
+        let asked = world.drones[drone.0 as usize].tasks.get(task)?;
+        asked.during_s.map(|[due_s, _]| due_s)
+    };
     let mut zones_left = MOST_REMEDIES;
     let mut fixes_left = MOST_FIXES;
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
             FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
-            FailureKind::Late(task, at) => {
-                let asked = world.drones[drone.0 as usize].tasks.get(task);
-                let during_s = asked.and_then(|it| it.during_s);
-                too_late(task, at, during_s.map(|[due_s, _]| due_s))
-            }
+            FailureKind::Late(task, at) => too_late(task, at, due_s(drone, task), true),
             FailureKind::EndpointConflict => {
                 fixes_left -= 1;
                 let mut conflict = goal_conflict(world, endpoints, drone);
@@ -152,7 +160,10 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
                 FailureCause::GoalConflict(conflict)
             }
             FailureKind::Stopped => FailureCause::Stopped(crowding),
-            FailureKind::Obstructed(by) => obstructed(drone, by),
+            FailureKind::Obstructed(by) => match late(drone) {
+                Some((task, at)) => too_late(task, at, due_s(drone, task), false),
+                None => obstructed(drone, by),
+            },
             FailureKind::Zone(by) => {
                 let looks = zones_left > 0;
                 zones_left = zones_left.saturating_sub(1);
@@ -178,11 +189,12 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
 
 /// A drone that is at a task, counted from 0, too late; with when it is due (s), where that is
 /// known.
-fn too_late(task: usize, at: Tick, due_s: Option<f64>) -> FailureCause {
+fn too_late(task: usize, at: Tick, due_s: Option<f64>, is_proven: bool) -> FailureCause {
     FailureCause::TooLate {
         task: task + 1,
         at_s: at.seconds(),
         due_s,
+        is_proven,
     }
 }
 
@@ -195,7 +207,7 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     };
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
-        FailureKind::Late(task, at) => too_late(task, at, None),
+        FailureKind::Late(task, at) => too_late(task, at, None, true),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
         FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
             short_m,

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
-use planner::scenario::world::{Obstacle, Solid, Vehicle, World, Zone};
+use planner::scenario::world::{Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone};
 use planner::{Control, FailureCause, Outcome, Planned, plan_world};
 
 use super::assert_sound;
@@ -193,13 +193,28 @@ fn a_drone_that_cannot_be_there_in_time_is_told_when_it_is_and_then_planned() {
     );
     world.drones[0].tasks[0].during_s = Some([2.0, 4.0]);
     let planned = answered(&world);
-    let FailureCause::TooLate { task, at_s, due_s } = planned.failures[0].cause else {
+    let FailureCause::TooLate { task, due_s, .. } = planned.failures[0].cause else {
         panic!("{:?}", planned.failures);
     };
     assert_eq!((task, due_s), (1, Some(2.0)));
-    world.drones[0].tasks[0].during_s = Some([(at_s * 10.0).ceil() / 10.0, 20.0]);
-    let planned = answered(&world);
-    assert!(planned.plan.is_safe(), "{:?}", planned.failures);
+    for motion in [PathMotion::Smooth, PathMotion::Straight] {
+        world.planning.motion = motion;
+        world.planning.relaxable = Relaxable::default();
+        let mut due = |due_s: f64| {
+            world.drones[0].tasks[0].during_s = Some([due_s, 20.0]);
+            answered(&world)
+        };
+        let FailureCause::TooLate { at_s, .. } = due(2.0).failures[0].cause else {
+            panic!("late at all");
+        };
+        // Along the lattice it is late still, and nothing else is in the way.
+        let FailureCause::TooLate { is_proven, .. } = due(at_s - 0.1).failures[0].cause else {
+            panic!("late by a little");
+        };
+        assert!(!is_proven);
+        let planned = due((at_s * 10.0).ceil() / 10.0);
+        assert!(planned.plan.is_safe(), "{:?}", planned.failures);
+    }
 }
 
 #[test]
