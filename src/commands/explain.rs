@@ -50,6 +50,9 @@ struct Explained {
     speed_mps: f64,
     /// `wait`, `dwell`, `stop` where that is not known, `flies` or `stands`.
     does: &'static str,
+    /// Of a drone that is not planned, why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unplanned: Option<String>,
     /// Of a stop (s): where it is still, or so slow that it stops.
     #[serde(skip_serializing_if = "Option::is_none")]
     span_s: Option<(f64, f64)>,
@@ -123,6 +126,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         position_m: state.position_m,
         speed_mps,
         does,
+        unplanned: plan
+            .unplanned
+            .iter()
+            .find(|it| it.name == *name)
+            .map(|it| it.reason.clone()),
         span_s: stop.map(|it| (it.from_s, it.until_s)),
         costs_s: stop.and_then(|it| it.costs_s),
         waits_s: drone.waits_s,
@@ -184,23 +192,19 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     then.filter(|it| concerns(it) && is_new(it)).collect()
 }
 
-/// A drone that neither waits nor dwells.
+/// Where a drone is that neither waits nor dwells: at its start, or at its end.
 fn stands(explained: &Explained, plan: &Plan) -> &'static str {
-    let name = &explained.drone;
-    if left_out(explained, plan).is_some() {
+    if explained.unplanned.is_some() {
         return "stands at its start: it is not planned";
     }
-    let drone = plan.drones.iter().find(|it| it.name == *name);
-    match drone.is_some_and(|it| explained.at_s >= it.arrives_s) {
-        true => "stands: it is done",
-        false => "stands: it has not begun",
+    let drone = plan.drones.iter().find(|it| it.name == explained.drone);
+    let path = drone.map(|it| it.trajectory.t_s.iter().zip(&it.trajectory.position_m));
+    let moves_on =
+        |(t_s, at_m): (&f64, &Point3<f64>)| *t_s > explained.at_s && *at_m != explained.position_m;
+    match path.is_some_and(|mut path| path.any(moves_on)) {
+        true => "stands: it has not begun",
+        false => "stands: it is done",
     }
-}
-
-/// Of a drone that is not planned, why.
-fn left_out<'p>(explained: &Explained, plan: &'p Plan) -> Option<&'p str> {
-    let left = plan.unplanned.iter().find(|it| it.name == explained.drone);
-    left.map(|it| &it.reason[..])
 }
 
 fn report(explained: &Explained, plan: &Plan) -> Report {
@@ -225,8 +229,8 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
         format!("{}: `{name}` at {:.2} s", plan.scenario, explained.at_s),
         format!("It {what}, at {at}."),
     );
-    if let Some(reason) = left_out(explained, plan).filter(|it| !it.is_empty()) {
-        report.section("Why", vec![Part::line(reason.to_owned())]);
+    if let Some(reason) = explained.unplanned.as_ref().filter(|it| !it.is_empty()) {
+        report.section("Why", vec![Part::line(reason.clone())]);
     }
     if let Some((from_s, until_s)) = explained.span_s.filter(|_| explained.does != "dwell") {
         let saved_s = saved_s((from_s, until_s), explained.costs_s);

@@ -318,22 +318,24 @@ impl Agent {
 
     /// Paths may be shorter than the lattice's by a factor.
     fn is_late(&self, roadmap: &Roadmap, detour: f64) -> Option<(usize, Tick)> {
-        let (mut from, mut at) = (self.start, self.departs);
+        let (mut from, mut departs) = (self.start, self.departs);
         let moves = |first: &Waypoint| first.distances.goal() != self.start;
         if self.begun.is_empty() && self.waypoints.first().is_some_and(moves) {
-            at = at.after(self.lead_ticks());
+            departs = departs.after(self.lead_ticks());
         }
+        // At the earliest, and along the lattice.
+        let mut at = [departs; 2];
         for (index, waypoint) in self.waypoints.iter().enumerate() {
             let ticks = waypoint.distances.ticks(roadmap, from);
             if ticks == UNREACHABLE {
                 return None;
             }
             let straight = (f64::from(ticks) / detour) as u32;
-            if at.after(straight) > waypoint.due {
-                return Some((index, at.after(ticks).after(self.lead_ticks())));
+            let there = [at[0].after(straight), at[1].after(ticks)];
+            if there[0] > waypoint.due {
+                return Some((index, there[1].after(self.lead_ticks())));
             }
-            at = at.after(straight.saturating_add(waypoint.dwell_ticks));
-            at = at.max(waypoint.until);
+            at = there.map(|at| at.after(waypoint.dwell_ticks).max(waypoint.until));
             from = waypoint.distances.goal();
         }
         None
