@@ -3,7 +3,7 @@
 
 use nalgebra::Point3;
 use planner::plan::cause::Exclusion;
-use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
+use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use planner::scenario::world::{AtEnd, Drone, World};
 use serde::Serialize;
 
@@ -47,11 +47,14 @@ impl ConflictEntry {
 fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
     let drone = &world.drones[conflict.drone];
     let name = &drone.name;
-    let here = endpoint_m(drone, conflict.when);
+    let here = place_in(drone, conflict.task_of(drone.tasks.len()));
     let (with, there) = match conflict.blocker {
         Blocker::Drone(index) => {
             let other = &world.drones[index];
-            (other.name.clone(), Some(endpoint_m(other, conflict.when)))
+            (
+                other.name.clone(),
+                Some(place_in(other, conflict.their_task_of(other.tasks.len()))),
+            )
         }
         Blocker::Zone(index) => (world.zones[index].name.clone(), None),
     };
@@ -60,9 +63,11 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         (EndpointKind::Starts, _) => "starts",
         (EndpointKind::Goals, true) => "lands",
         (EndpointKind::Goals, false) => "ends",
+        (EndpointKind::Tasks, _) => "is",
     };
     let landed = if lands { ", landed below" } else { "" };
-    let at = format!("{name}{landed} {}", place(&here));
+    let when = conflict.meeting.map_or(String::new(), |it| during(&it));
+    let at = format!("{name}{landed} {}{when}", place(&here));
     let below = there
         .map(|there| offset(&here, &there, &with))
         .unwrap_or_default();
@@ -143,11 +148,21 @@ fn is_inside(blocker: Blocker, at_m: &Point3<f64>, world: &World) -> bool {
     (0..3).all(|k| (zone.min_m[k]..=zone.max_m[k]).contains(&at_m[k]))
 }
 
-fn endpoint_m(drone: &Drone, when: EndpointKind) -> Point3<f64> {
-    match (when, drone.tasks.last()) {
-        (EndpointKind::Goals, Some(task)) => task.to_m,
-        _ => drone.start_m,
-    }
+/// Where one of its tasks, from 0, or its start, is (m).
+fn place_in(drone: &Drone, task: Option<usize>) -> Point3<f64> {
+    task.map_or(drone.start_m, |task| drone.tasks[task].to_m)
+}
+
+/// " at its task 2 (12 to 14 s)"
+fn during(meeting: &Meeting) -> String {
+    let place = meeting.task.map_or(" where it stays".to_owned(), |task| {
+        format!(" at its task {task}")
+    });
+    let while_there = meeting.during_s.map(|during_s| {
+        let [from_s, until_s] = during_s.map(decimal);
+        format!(" ({from_s} to {until_s} s)")
+    });
+    place + &while_there.unwrap_or_default()
 }
 
 /// "4.0 m below m1 and 0.3 m off its axis"
@@ -184,6 +199,7 @@ mod tests {
             drone: 1,
             blocker: Blocker::Drone(0),
             when: EndpointKind::Starts,
+            meeting: None,
             why: Exclusion::Air {
                 air_mps: 4.6,
                 alpha: 0.618,
@@ -211,6 +227,7 @@ mod tests {
             drone: 0,
             blocker: Blocker::Drone(1),
             when: EndpointKind::Goals,
+            meeting: None,
             why: Exclusion::Bodies {
                 gap_m: -0.05,
                 needs_m: 0.1,

@@ -124,7 +124,7 @@ fn all_that_is_advised_can_be_done_together() {
         let drone = &mut broken.drones[conflict.drone];
         match conflict.when {
             EndpointKind::Starts => drone.start_m = fix_m,
-            EndpointKind::Goals => drone.tasks[0].to_m = fix_m,
+            EndpointKind::Goals | EndpointKind::Tasks => drone.tasks[0].to_m = fix_m,
         }
     }
     assert_eq!(check(&broken), []);
@@ -228,6 +228,118 @@ fn goals_are_judged_by_how_each_drone_ends() {
         only(&goals(AtEnd::Land, AtEnd::Land)).why,
         Exclusion::Bodies { .. }
     ));
+}
+
+/// Two drones with a task above the other's, each with the time it is due.
+fn stacked(lower_s: Option<[f64; 2]>, upper_s: Option<[f64; 2]>) -> World {
+    let mut world = world(vec![
+        drone("lower", [2.0, 2.0, 5.0], Some([20.0, 20.0, 5.0])),
+        drone("upper", [2.0, 30.0, 5.0], Some([20.0, 20.0, 8.0])),
+    ]);
+    for (drone, during_s) in world.drones.iter_mut().zip([lower_s, upper_s]) {
+        drone.tasks[0].during_s = during_s;
+        let mut home = drone.tasks[0].clone();
+        (home.to_m, home.during_s) = (drone.start_m, None);
+        drone.tasks.push(home);
+    }
+    world
+}
+
+#[test]
+fn tasks_that_are_due_at_one_time_exclude_one_another() {
+    let together = stacked(Some([20.0, 30.0]), Some([25.0, 40.0]));
+    let conflict = only(&check(&together));
+    assert_eq!(
+        (conflict.drone, conflict.blocker, conflict.when),
+        (0, Blocker::Drone(1), EndpointKind::Tasks)
+    );
+    let meeting = conflict.meeting.expect("of tasks");
+    assert_eq!((meeting.task, meeting.their_task), (Some(1), Some(1)));
+    assert_eq!(meeting.during_s, Some([25.0, 30.0]));
+    assert!(matches!(conflict.why, Exclusion::Air { alpha, .. } if alpha > 0.3));
+    let mut mended = together.clone();
+    mended.drones[0].tasks[0].to_m = conflict.nearest_fix_m.expect("a free place near");
+    assert!(check(&mended).is_empty());
+    // One after the other, or whenever they come, they do not.
+    assert!(check(&stacked(Some([20.0, 30.0]), Some([30.0, 40.0]))).is_empty());
+    assert!(check(&stacked(Some([20.0, 30.0]), None)).is_empty());
+
+    let outcome = planner::plan_world(&together, &planner::Control::QUIET).expect("in order");
+    let planner::Outcome::Partial(planned) = outcome else {
+        panic!("one stays: {outcome:?}");
+    };
+    assert_eq!(planned.failures.len(), 1);
+    let reason = planned.failures[0].cause.to_string();
+    let said = "task 1 of `lower` is in the downwash of `upper` at its task 1 (25 to 30 s)";
+    assert!(reason.starts_with(said), "{reason}");
+}
+
+#[test]
+fn a_task_beside_a_drone_that_stays_is_told() {
+    let above = |at_end: AtEnd| {
+        let mut world = stacked(None, None);
+        let stays = &mut world.drones[0];
+        stays.start_m = stays.tasks[0].to_m;
+        stays.tasks.clear();
+        stays.at_end = at_end;
+        check(&world)
+    };
+    let conflict = only(&above(AtEnd::Hover));
+    assert_eq!((conflict.drone, conflict.when), (0, EndpointKind::Tasks));
+    let meeting = conflict.meeting.expect("of tasks");
+    assert_eq!((meeting.task, meeting.their_task), (None, Some(1)));
+    assert_eq!(meeting.during_s, None);
+    assert!(above(AtEnd::Land).is_empty());
+}
+
+/// Of wakes that are too much together, those count that are there at one time.
+#[test]
+fn only_wakes_of_one_time_add_up() {
+    let rings = |due_s: [f64; 3]| {
+        let mut drones = vec![drone("lower", [10.0, 10.0, 3.0], None)];
+        for (k, due_s) in due_s.into_iter().enumerate() {
+            let (off_m, start) = (0.48, k as f64);
+            let bearing = start * std::f64::consts::TAU / 3.0;
+            let (x_m, y_m) = (10.0 + off_m * bearing.cos(), 10.0 + off_m * bearing.sin());
+            let mut upper = drone("u", [4.0 + 6.0 * start, 30.0, 6.5], Some([x_m, y_m, 6.5]));
+            upper.name = format!("u{k}");
+            upper.tasks[0].during_s = Some([due_s, due_s + 10.0]);
+            upper.at_end = AtEnd::Leave;
+            drones.push(upper);
+        }
+        check(&world(drones))
+    };
+    let conflict = only(&rings([40.0, 45.0, 48.0]));
+    assert_eq!((conflict.drone, conflict.when), (0, EndpointKind::Tasks));
+    assert!(rings([40.0, 45.0, 50.0]).is_empty());
+}
+
+#[test]
+fn who_takes_off_beside_another_keeps_the_gap_of_one_that_flies() {
+    let beside = |gap_m: f64| {
+        let radius_m = drone("any", [0.0; 3], None).vehicle.body_radius_m;
+        let along_m = 10.0 + 2.0 * radius_m + gap_m;
+        let mut world = world(vec![
+            drone("a", [10.0, 10.0, radius_m], Some([30.0, 30.0, 5.0])),
+            drone("b", [along_m, 10.0, radius_m], Some([5.0, 30.0, 5.0])),
+        ]);
+        world.planning.clearance_m = 0.05;
+        for drone in &mut world.drones {
+            drone.at_start = AtStart::Landed;
+        }
+        world
+    };
+    assert!(check(&beside(0.101)).is_empty());
+    let mut narrow = beside(0.06);
+    let conflict = only(&check(&narrow));
+    assert_eq!(conflict.when, EndpointKind::Starts);
+    assert!(matches!(
+        conflict.why,
+        Exclusion::Bodies { needs_m, tracking_m: Some(0.06), .. } if (needs_m - 0.1).abs() < 1e-9
+    ));
+    // Who never flies needs no room for it.
+    narrow.drones.iter_mut().for_each(|it| it.tasks.clear());
+    assert!(check(&narrow).is_empty());
 }
 
 #[test]

@@ -7,6 +7,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::UnplannedCause;
+use super::outcome::Meeting;
 
 /// Why a drone stays at its start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,10 +50,15 @@ pub enum FailureCause {
 }
 
 impl FailureCause {
-    /// A goal (m) of a drone with which it says that there is a plan, if it says so.
-    pub(crate) fn goal_m(&self, of: &str) -> Option<Point3<f64>> {
+    /// A goal (m) of a drone, or a place of a task, with which it says that there is a plan, if it
+    /// says so.
+    pub(crate) fn goal_m(&self, of: &str, at: Option<&Meeting>) -> Option<Point3<f64>> {
+        let task = |meeting: Option<&Meeting>| meeting.and_then(|it| it.task);
         match self {
-            FailureCause::GoalConflict(Some(it)) if it.drone == of => it.nearest_fix_m,
+            FailureCause::GoalConflict(Some(it)) => (it.drone == of
+                && task(it.meeting.as_ref()) == task(at)
+                && it.meeting.is_some() == at.is_some())
+            .then_some(it.nearest_fix_m)?,
             _ => None,
         }
     }
@@ -196,16 +202,18 @@ impl fmt::Display for ClosedBy {
     }
 }
 
-/// Two goals, or a goal and a zone, that exclude one another.
+/// Two goals, or a goal and a zone, or two tasks, that exclude one another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GoalConflict {
     /// Who is exposed, by name.
     pub drone: String,
+    /// Of tasks: which, and when.
+    pub meeting: Option<Meeting>,
     /// To what: "`name`" of a drone, or "zone `name`".
     pub with: String,
     /// How.
     pub why: Exclusion,
-    /// A goal for `drone` near its own where this pair is in order (m).
+    /// A place for `drone` near its own where this pair is in order (m).
     pub nearest_fix_m: Option<Point3<f64>>,
 }
 
@@ -437,15 +445,47 @@ impl fmt::Display for FailureCause {
     }
 }
 
+impl GoalConflict {
+    /// Where its drone is: "goal", "task 2" or "start".
+    fn place(&self) -> String {
+        match self.meeting.map(|it| it.task) {
+            None => "goal".to_owned(),
+            Some(Some(task)) => format!("task {task}"),
+            Some(None) => "start".to_owned(),
+        }
+    }
+
+    /// At which task the other is, and when: " at its task 1 (10 to 12 s)".
+    fn when(&self) -> String {
+        let Some(meeting) = self.meeting else {
+            return String::new();
+        };
+        let there = meeting
+            .their_task
+            .map_or(", which stays there".to_owned(), |task| {
+                format!(" at its task {task}")
+            });
+        let during = meeting.during_s.map_or(String::new(), |[from_s, until_s]| {
+            format!(" ({from_s} to {until_s} s)")
+        });
+        there + &during
+    }
+}
+
 impl fmt::Display for GoalConflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let GoalConflict { drone, with, .. } = self;
+        let (place, when) = (self.place(), self.when());
+        let of = match self.meeting.and_then(|it| it.task) {
+            Some(_) => place.clone(),
+            None => format!("the {place}"),
+        };
         match self.why {
             Exclusion::Bodies { gap_m, needs_m, .. } if gap_m < 0.0 => {
                 let by_m = -gap_m;
                 write!(
                     f,
-                    "at its goal the body of `{drone}` overlaps that of {with} by {by_m:.2} m, \
+                    "at its {place} the body of `{drone}` overlaps that of {with}{when} by {by_m:.2} m, \
                      between them must be {needs_m:.2} m"
                 )
             }
@@ -456,7 +496,7 @@ impl fmt::Display for GoalConflict {
             } => {
                 write!(
                     f,
-                    "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, \
+                    "{of} of `{drone}` is {gap_m:.2} m from the body of {with}{when}, \
                      it needs {needs_m:.2} m"
                 )?;
                 match tracking_m {
@@ -468,7 +508,7 @@ impl fmt::Display for GoalConflict {
             }
             Exclusion::Column => write!(
                 f,
-                "the goal of `{drone}` is in the near-field column of {with}"
+                "{of} of `{drone}` is in the near-field column of {with}{when}"
             ),
             Exclusion::Air {
                 air_mps,
@@ -478,7 +518,7 @@ impl fmt::Display for GoalConflict {
             } => {
                 write!(
                     f,
-                    "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, \
+                    "{of} of `{drone}` is in the downwash of {with}{when}: {air_mps:.1} m/s, \
                      alpha {alpha:.2}, its limit is {limit:.2}"
                 )?;
                 match enough {
@@ -493,7 +533,7 @@ impl fmt::Display for GoalConflict {
             ),
         }?;
         match &self.nearest_fix_m {
-            Some(fix_m) => write!(f, "; move `{drone}`'s goal to {}", place(fix_m)),
+            Some(fix_m) => write!(f, "; move `{drone}`'s {place} to {}", self::place(fix_m)),
             None => Ok(()),
         }
     }

@@ -119,8 +119,8 @@ impl Effort {
 /// Endpoints that exclude one another: all, or of very many the worst.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EndpointConflicts {
-    /// By drone, starts before goals: all up to 40 of either, else the 40 worst. Bodies come before
-    /// columns, these before air; the least gap and the most air for its limit first.
+    /// By drone, starts before goals before tasks: all up to 40 of each, else the 40 worst. Bodies
+    /// come before columns, these before air; the least gap and the most air for its limit first.
     pub worst: Vec<EndpointConflict>,
     /// How many more there are.
     pub more: usize,
@@ -140,8 +140,10 @@ pub struct EndpointConflict {
     pub drone: usize,
     /// Who or what is in the way.
     pub blocker: Blocker,
-    /// Both at their starts, or both at their goals.
+    /// Both at their starts, at their goals, or at tasks.
     pub when: EndpointKind,
+    /// Of tasks: which, and when.
+    pub meeting: Option<Meeting>,
     /// How they exclude one another.
     pub why: Exclusion,
     /// A place for `drone` near its endpoint. Of an outcome: one with which all of the fleet were
@@ -168,6 +170,38 @@ pub enum EndpointKind {
     Starts,
     /// After the last arrival.
     Goals,
+    /// At tasks that are due at one time, or at one that another drone never leaves room for.
+    Tasks,
+}
+
+impl EndpointConflict {
+    /// At which of its tasks, from 0, the drone is that suffers, of so many; `None`: at its start.
+    pub fn task_of(&self, tasks: usize) -> Option<usize> {
+        match self.when {
+            EndpointKind::Starts => None,
+            EndpointKind::Goals => tasks.checked_sub(1),
+            EndpointKind::Tasks => Some(self.meeting?.task? - 1),
+        }
+    }
+
+    /// The same of the other drone, where there is one.
+    pub fn their_task_of(&self, tasks: usize) -> Option<usize> {
+        match self.when {
+            EndpointKind::Tasks => Some(self.meeting?.their_task? - 1),
+            EndpointKind::Starts | EndpointKind::Goals => self.task_of(tasks),
+        }
+    }
+}
+
+/// Two tasks at which drones are at one time, or a task and a place where another stays for good.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Meeting {
+    /// Of who suffers, counted from 1; `None`: it stays at its start.
+    pub task: Option<usize>,
+    /// The other's, in the same way.
+    pub their_task: Option<usize>,
+    /// Both are there from and until (s); `None`: whenever the task is done.
+    pub during_s: Option<[f64; 2]>,
 }
 
 /// How a caller watches, stops and extends a run of a planner that reads no clock itself.

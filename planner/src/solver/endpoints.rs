@@ -1,10 +1,11 @@
-//! Starts and goals that exclude one another, found before any search.
+//! Starts, goals and tasks that exclude one another, found before any search.
 //!
 //! Two sets are judged, each as if it lasted: all drones at their starts at time 0, and those that
-//! stay at their goals after the last arrival. Bodies, columns, wakes and zones are judged as
-//! [`verify`](crate::verify::verify) judges them, with the clearance between bodies in addition: an
-//! endpoint is chosen by the planner's rules. Where an endpoint lies (bounds, obstacles) is not
-//! asked here, except of the places proposed instead.
+//! stay at their goals after the last arrival. Then all that are at one time at tasks that say when
+//! they are due, and tasks where another drone stays for good. Bodies, columns, wakes and zones are
+//! judged as [`verify`](crate::verify::verify) judges them, with the clearance between bodies in
+//! addition: an endpoint is chosen by the planner's rules. Where an endpoint lies (bounds,
+//! obstacles) is not asked here, except of the places proposed instead.
 
 mod sites;
 
@@ -13,7 +14,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::plan::cause::Exclusion;
-use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
+use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::scenario::world::{AtEnd, AtStart, Drone, World};
 use crate::verify::FAINTEST_WAKE_MPS;
@@ -45,16 +46,34 @@ const RAISES: [f64; 3] = [1.0, 1.1, 1.25];
 /// the fleet is planned: chosen here, they need room to fly.
 const FARTHER: [f64; 3] = [1.0, 1.5, 2.0];
 
-/// One exclusion: of which drone, by what, and how.
-pub(crate) type Excluded = (usize, Blocker, Exclusion);
+/// One exclusion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Excluded {
+    /// Who suffers: index in the world's drones.
+    pub(crate) drone: usize,
+    /// From what.
+    pub(crate) blocker: Blocker,
+    /// How.
+    pub(crate) why: Exclusion,
+    /// Of tasks: which, and when.
+    pub(crate) meeting: Option<Meeting>,
+}
+
+impl Excluded {
+    /// Who suffers, and at which task, from 0.
+    fn place(&self) -> (usize, Option<usize>) {
+        let task = self.meeting.and_then(|it| it.task);
+        (self.drone, task.map(|task| task - 1))
+    }
+}
 
 /// What is found of a world's endpoints.
 #[derive(Default)]
 pub(crate) struct Exclusions {
     /// For people.
     pub(crate) conflicts: EndpointConflicts,
-    /// Every exclusion of goals, by drone. Of a drone that is in more than [`CROWD`] pairs the
-    /// nearest in the fleet's order, where all together would be too many to keep.
+    /// Every exclusion of goals, by drone, then of tasks. Of a drone that is in more than [`CROWD`]
+    /// pairs the nearest in the fleet's order, where all together would be too many to keep.
     pub(crate) goals: Vec<Excluded>,
 }
 
@@ -62,18 +81,21 @@ impl Exclusions {
     /// The gaps between bodies that a smaller tracking margin would do for, and which (m).
     fn bearable_m(&mut self) -> impl Iterator<Item = &mut Option<f64>> {
         let worst = self.conflicts.worst.iter_mut().map(|it| &mut it.why);
-        let goals = self.goals.iter_mut().map(|(_, _, why)| why);
+        let goals = self.goals.iter_mut().map(|it| &mut it.why);
         worst.chain(goals).filter_map(|why| match why {
             Exclusion::Bodies { tracking_m, .. } => Some(tracking_m),
             _ => None,
         })
     }
 
-    /// Proposes for goals only those places (m) with which there was a plan, by drone.
-    pub(crate) fn confirm_goals(&mut self, planned_m: impl Fn(usize) -> Option<Point3<f64>>) {
-        let of_goals = |it: &&mut EndpointConflict| it.when == EndpointKind::Goals;
-        for conflict in self.conflicts.worst.iter_mut().filter(of_goals) {
-            conflict.nearest_fix_m = planned_m(conflict.drone);
+    /// Proposes for goals and tasks only those places (m) with which there was a plan.
+    pub(crate) fn confirm_goals(
+        &mut self,
+        planned_m: impl Fn(&EndpointConflict) -> Option<Point3<f64>>,
+    ) {
+        let starts = |it: &EndpointConflict| it.when == EndpointKind::Starts;
+        for conflict in self.conflicts.worst.iter_mut().filter(|it| !starts(it)) {
+            conflict.nearest_fix_m = planned_m(conflict);
         }
     }
 
@@ -114,7 +136,7 @@ impl Exclusions {
         let Some(planned) = RAISES.iter().map(raised).find(|it| is_planned(it)) else {
             return;
         };
-        let of_goals = self.goals.iter_mut().map(|(drone, _, why)| (*drone, why));
+        let of_goals = self.goals.iter_mut().map(|it| (it.drone, &mut it.why));
         let of_worst = worst.iter_mut().map(|it| (it.drone, &mut it.why));
         for (drone, why) in of_worst.chain(of_goals) {
             if let Exclusion::Air { enough, .. } = why {
@@ -137,10 +159,10 @@ impl Exclusions {
             let mut moved = world.clone();
             for (conflict, nearest_m) in worst.iter().zip(&moves) {
                 let drone = &mut moved.drones[conflict.drone];
-                let from_m = *endpoint(&mut world.drones[conflict.drone].clone(), conflict.when);
+                let from_m = *place_of(&mut world.drones[conflict.drone].clone(), conflict);
                 let to_m = from_m + *times * (nearest_m - from_m);
                 // To the centimetre: it is typed back.
-                *endpoint(drone, conflict.when) = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
+                *place_of(drone, conflict) = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
             }
             moved
         };
@@ -149,23 +171,23 @@ impl Exclusions {
         if let Some(mut planned) = planned {
             for conflict in worst {
                 let drone = &mut planned.drones[conflict.drone];
-                conflict.nearest_fix_m = Some(*endpoint(drone, conflict.when));
+                conflict.nearest_fix_m = Some(*place_of(drone, conflict));
             }
         }
     }
 }
 
-/// Where a drone starts, or ends (m).
-fn endpoint(drone: &mut Drone, when: EndpointKind) -> &mut Point3<f64> {
-    match (when, drone.tasks.last_mut()) {
-        (EndpointKind::Goals, Some(task)) => &mut task.to_m,
-        _ => &mut drone.start_m,
+/// Where the drone is that suffers (m).
+fn place_of<'a>(drone: &'a mut Drone, conflict: &EndpointConflict) -> &'a mut Point3<f64> {
+    match conflict.task_of(drone.tasks.len()) {
+        Some(task) => &mut drone.tasks[task].to_m,
+        None => &mut drone.start_m,
     }
 }
 
-/// Every pair of starts, and of goals at which drones stay, that no plan can have; and every drone
-/// that hovers where it breaks a zone's limit. By drone, starts before goals; of very many the
-/// worst.
+/// Every pair of starts, of goals at which drones stay, and of tasks at one time, that no plan can
+/// have; and every drone that starts or ends where it breaks a zone's limit. By drone, starts
+/// before goals before tasks; of very many the worst.
 ///
 /// A pair is named once, under the later of two bodies that touch and under the drone that suffers
 /// from a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is
@@ -192,41 +214,56 @@ pub(crate) fn find(world: &World) -> Exclusions {
     let (judge, mut cache) = EndpointJudge::new(world);
     let mut conflicts = EndpointConflicts::default();
     let mut kept = Vec::new();
-    for when in [EndpointKind::Starts, EndpointKind::Goals] {
+    for when in [
+        EndpointKind::Starts,
+        EndpointKind::Goals,
+        EndpointKind::Tasks,
+    ] {
         let sites = Sites::new(&judge, &mut cache, when);
         // Of starts that exclude one another only words are made.
         let most = match when {
             EndpointKind::Starts => CROWD,
-            EndpointKind::Goals => CROWD.max(MOST_KEPT / world.drones.len().max(1)),
+            EndpointKind::Goals | EndpointKind::Tasks => {
+                CROWD.max(MOST_KEPT / world.drones.len().max(1))
+            }
         };
         let pairs = sites.all().par_iter();
         let pairs: Vec<(Vec<Excluded>, usize)> = pairs
             .map(|site| exclusions(&judge, &sites, site, most))
             .collect();
         let untold: usize = pairs.iter().map(|(_, untold)| untold).sum();
-        let zones = (0..world.zones.len()).into_par_iter();
+        // Of tasks above zones those that no drone can do alone are found by the search.
+        let zones = match when {
+            EndpointKind::Starts | EndpointKind::Goals => 0..world.zones.len(),
+            EndpointKind::Tasks => 0..0,
+        };
+        let zones = zones.into_par_iter();
         let zones: Vec<Excluded> = zones.flat_map(|k| in_zone(&judge, &sites, k)).collect();
         let pairs = pairs.into_iter().flat_map(|(found, _)| found);
         let mut found: Vec<Excluded> = pairs.chain(zones).collect();
-        found.sort_by_key(|(drone, ..)| *drone);
+        found.sort_by_key(|it| it.drone);
         let worst = worst(&found);
         conflicts.more += untold + found.len() - worst.len();
         // All that is advised can be done together.
         let mut advised: Vec<Site> = Vec::new();
-        for (drone, blocker, why) in worst {
-            if !advised.iter().any(|it| it.drone == drone) {
-                advised.extend(nearest(&judge, &sites, drone, &advised));
+        for it in worst {
+            let is_it = |site: &&Site| (site.drone, site.task) == it.place();
+            if !advised.iter().any(|site| is_it(&site)) {
+                advised.extend(nearest(&judge, &sites, it.place(), &advised));
             }
-            let fix = advised.iter().find(|it| it.drone == drone);
+            let fix = advised.iter().find(is_it);
             conflicts.worst.push(EndpointConflict {
-                drone,
-                blocker,
+                drone: it.drone,
+                blocker: it.blocker,
                 when,
-                why,
-                nearest_fix_m: fix.map(|it| it.nominal_m),
+                meeting: it.meeting,
+                why: it.why,
+                nearest_fix_m: fix.map(|site| site.nominal_m),
             });
         }
-        kept = found;
+        if when != EndpointKind::Starts {
+            kept.extend(found);
+        }
     }
     Exclusions {
         conflicts,
@@ -238,7 +275,7 @@ pub(crate) fn find(world: &World) -> Exclusions {
 fn worst(found: &[Excluded]) -> Vec<Excluded> {
     let mut order: Vec<usize> = (0..found.len()).collect();
     // Of equals the first.
-    order.sort_by(|&a, &b| severity(&found[b].2).total_cmp(&severity(&found[a].2)));
+    order.sort_by(|&a, &b| severity(&found[b].why).total_cmp(&severity(&found[a].why)));
     order.truncate(MOST_DESCRIBED);
     order.sort_unstable();
     order.into_iter().map(|index| found[index]).collect()
@@ -267,7 +304,7 @@ fn exclusions(
 ) -> (Vec<Excluded>, usize) {
     let mut found = Vec::new();
     let mut untold = 0;
-    let near = sites.near(site.place_m, site.drone);
+    let near = sites.near(site);
     let mut named = Vec::new();
     let mut tell = |it: Excluded| match found.len() < most {
         true => found.push(it),
@@ -283,21 +320,28 @@ fn exclusions(
                     needs_m: judge.needs_m(site, other),
                     tracking_m: judge.bearable_tracking_m(site, other, gap_m),
                 };
-                tell((site.drone, Blocker::Drone(other.drone), why));
+                tell(pair(site, other, why));
             }
         } else if judge.in_column(site, other) {
             named.push(other.drone);
-            tell((site.drone, Blocker::Drone(other.drone), Exclusion::Column));
+            tell(pair(site, other, Exclusion::Column));
         }
     }
     found.reverse();
     if named.len() >= CROWD {
         return (found, untold);
     }
-    let air_mps = judge.air_mps(site, &near);
-    if !judge.over_limit(site, air_mps) {
+    // Fewer wakes are no more air.
+    if !judge.over_limit(site, judge.air_mps(site, &near)) {
         return (found, untold);
     }
+    let moments = sites.moments(site, &near).into_iter();
+    let worst = (moments.map(|present| (judge.air_mps(site, &present), present)))
+        .reduce(|a, b| if b.0 > a.0 { b } else { a });
+    let Some((air_mps, near)) = worst.filter(|(air_mps, _)| judge.over_limit(site, *air_mps))
+    else {
+        return (found, untold);
+    };
     let why = Exclusion::Air {
         air_mps,
         alpha: air_mps / site.induced_velocity_mps,
@@ -305,11 +349,11 @@ fn exclusions(
         enough: None,
     };
     let alone = near.iter();
-    let alone = alone.map(|other| (other.drone, judge.air_mps(site, &[other])));
-    let alone: Vec<(usize, f64)> = alone.collect();
-    let over = |(_, alone_mps): &&(usize, f64)| judge.over_limit(site, *alone_mps);
-    let mut by: Vec<usize> = alone.iter().filter(over).map(|(other, _)| *other).collect();
-    by.retain(|other| !named.contains(other));
+    let alone = alone.map(|other| (*other, judge.air_mps(site, &[other])));
+    let alone: Vec<(&Site, f64)> = alone.collect();
+    let over = |(_, alone_mps): &&(&Site, f64)| judge.over_limit(site, *alone_mps);
+    let mut by: Vec<&Site> = alone.iter().filter(over).map(|(other, _)| *other).collect();
+    by.retain(|other| !named.contains(&other.drone));
     if by.is_empty() && named.is_empty() {
         let strongest = (alone.into_iter()).reduce(|a, b| if b.1 > a.1 { b } else { a });
         by.extend(strongest.map(|(other, _)| other));
@@ -317,8 +361,25 @@ fn exclusions(
     let room = most.saturating_sub(found.len());
     untold += by.len().saturating_sub(room);
     let by = by.into_iter().take(room);
-    found.extend(by.map(|other| (site.drone, Blocker::Drone(other), why)));
+    found.extend(by.map(|other| pair(site, other, why)));
     (found, untold)
+}
+
+/// That one site is excluded by another.
+fn pair(site: &Site, other: &Site, why: Exclusion) -> Excluded {
+    let counted = |site: &Site| site.task.map(|task| task + 1);
+    let meeting = |during_s| Meeting {
+        task: counted(site),
+        their_task: counted(other),
+        during_s,
+    };
+    let at_tasks = site.task.or(other.task).and(site.together_s(other));
+    Excluded {
+        drone: site.drone,
+        blocker: Blocker::Drone(other.drone),
+        why,
+        meeting: at_tasks.map(meeting),
+    }
 }
 
 /// The gap between two bodies, if it is too small (m).
@@ -348,9 +409,13 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
     if by.is_empty() {
         by.extend(judge.field().strongest(&run, &peak));
     }
-    (by.into_iter())
-        .map(|drone| (drone, Blocker::Zone(k), why))
-        .collect()
+    let excluded = |drone| Excluded {
+        drone,
+        blocker: Blocker::Zone(k),
+        why,
+        meeting: None,
+    };
+    by.into_iter().map(excluded).collect()
 }
 
 /// The nearest place at which a drone is in order with all others of its set, those that are
@@ -358,10 +423,10 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
 fn nearest(
     judge: &EndpointJudge<'_>,
     sites: &Sites,
-    drone: usize,
+    (drone, task): (usize, Option<usize>),
     advised: &[Site],
 ) -> Option<Site> {
-    let site = sites.of(drone)?;
+    let site = sites.of(drone, task)?;
     let level = (0..BEARINGS).map(|k| {
         let bearing = k as f64 / BEARINGS as f64 * std::f64::consts::TAU;
         Vector3::new(bearing.cos(), bearing.sin(), 0.0)
@@ -404,9 +469,9 @@ fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, advised: &[S
     if !fits(&moved.nominal_m, clearance_m) || moved.lands && !fits(&moved.place_m, -TOUCH_M) {
         return false;
     }
-    let mut near = sites.near(moved.place_m, moved.drone);
-    near.retain(|it| !advised.iter().any(|other| other.drone == it.drone));
-    near.extend(advised);
+    let mut near = sites.near(moved);
+    near.retain(|it| !advised.iter().any(|other| other.is_same(it)));
+    near.extend((advised.iter()).filter(|it| it.together_s(moved).is_some()));
     let apart = near.iter().all(|other| {
         body_gap_m(judge, moved, other).is_none()
             && !judge.in_column(moved, other)
@@ -423,7 +488,7 @@ fn spares(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, other: &Site) 
     if judge.air_mps(other, &[moved]) <= FAINTEST_WAKE_MPS {
         return true;
     }
-    let mut all = sites.near(other.place_m, other.drone);
+    let mut all = sites.near(other);
     all.retain(|third| third.drone != moved.drone);
     all.push(moved);
     !judge.over_limit(other, judge.air_mps(other, &all))
@@ -434,7 +499,8 @@ fn spares_zone(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, zone: usi
     let Some(own) = judge.downwash(moved, zone) else {
         return true;
     };
-    let others = sites.all().iter().filter(|site| site.drone != moved.drone);
+    let others = sites.all().iter();
+    let others = others.filter(|site| site.together_s(moved).is_some());
     let others = others.filter_map(|site| judge.downwash(site, zone));
     let all: Vec<Downwash<'_>> = others.chain([own]).collect();
     let all: Vec<&Downwash<'_>> = all.iter().collect();

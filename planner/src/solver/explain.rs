@@ -16,10 +16,10 @@ use crate::plan::cause::{
 use crate::plan::outcome::{Blocker, Control, Effort, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{AtEnd, PathMotion, World, Zone};
+use crate::scenario::world::{AtEnd, Drone, PathMotion, World, Zone};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
-use crate::solver::endpoints::{self, Exclusions};
+use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::fleet::tried;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
@@ -227,19 +227,23 @@ fn name(world: &World, drone: DroneId) -> &str {
 /// The conflict of goals that a drone was dropped for, or is part of.
 fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Option<GoalConflict> {
     let index = drone.0 as usize;
-    let own = |of: usize, by: Blocker| of == index || by == Blocker::Drone(index);
-    let mut goals = endpoints.goals.iter();
-    let &(of, by, why) = goals.find(|&&(of, by, _)| own(of, by))?;
+    let own = |it: &&Excluded| it.drone == index || it.blocker == Blocker::Drone(index);
+    let conflict = endpoints.goals.iter().find(own)?;
     let mut described = endpoints.conflicts.worst.iter();
-    let described =
-        described.find(|it| it.when == EndpointKind::Goals && (it.drone, it.blocker) == (of, by));
+    let described = described.find(|it| {
+        let is_start = it.when == EndpointKind::Starts;
+        !is_start
+            && (it.drone, it.blocker, it.meeting)
+                == (conflict.drone, conflict.blocker, conflict.meeting)
+    });
     Some(GoalConflict {
-        drone: world.drones[of].name.clone(),
-        with: match by {
+        drone: world.drones[conflict.drone].name.clone(),
+        meeting: conflict.meeting,
+        with: match conflict.blocker {
             Blocker::Drone(other) => format!("`{}`", world.drones[other].name),
             Blocker::Zone(zone) => format!("zone `{}`", world.zones[zone].name),
         },
-        why,
+        why: conflict.why,
         nearest_fix_m: described.and_then(|it| it.nearest_fix_m),
     })
 }
@@ -487,25 +491,32 @@ impl Refusals<'_> {
         })
     }
 
-    /// A goal (m) for the drone that a conflict would have moved, with which another is planned, or
-    /// it itself: the one that the conflict proposes, or of itself one beside or above.
+    /// A place (m) for the drone that a conflict would have moved, with which another is planned,
+    /// or it itself: the one that the conflict proposes, or of itself one beside or above.
     fn fix_m(&self, conflict: &GoalConflict, drone: DroneId) -> Option<Point3<f64>> {
+        let task_of = |it: &Drone| match conflict.meeting {
+            Some(meeting) => meeting.task.map(|task| task - 1),
+            None => it.tasks.len().checked_sub(1),
+        };
         let is_planned = |fix_m: &Point3<f64>| {
             let mut changed = self.world.clone();
             let moved = changed.drones.iter_mut();
             let moved = moved.filter(|it| it.name == conflict.drone);
-            for task in moved.filter_map(|it| it.tasks.last_mut()) {
-                task.to_m = *fix_m;
+            for it in moved {
+                match task_of(it) {
+                    Some(task) => it.tasks[task].to_m = *fix_m,
+                    None => it.start_m = *fix_m,
+                }
             }
             self.would_plan(&changed, &[drone])
         };
         let elsewhere = || {
             let own = &self.world.drones[drone.0 as usize];
-            let last = own.tasks.len().checked_sub(1)?;
-            let goal_m = own.tasks[last].to_m;
+            let task = task_of(own)?;
+            let goal_m = own.tasks[task].to_m;
             let places_m = aside_m(goal_m).chain(above_m(goal_m));
             let moved = (own.name == conflict.drone)
-                .then(|| self.planned_at(drone, last, places_m))
+                .then(|| self.planned_at(drone, task, places_m))
                 .flatten();
             Some(moved?.to_m)
         };

@@ -73,9 +73,11 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         effort: RefCell::default(),
     });
 
-    run.endpoints.confirm_goals(|drone| {
-        let name = &world.drones[drone].name;
-        failures.iter().find_map(|it| it.cause.goal_m(name))
+    run.endpoints.confirm_goals(|conflict| {
+        let name = &world.drones[conflict.drone].name;
+        let meeting = conflict.meeting.as_ref();
+        let mut causes = failures.iter().map(|it| &it.cause);
+        causes.find_map(|it| it.goal_m(name, meeting))
     });
 
     (control.progress)(Progress::Verifying);
@@ -595,8 +597,9 @@ fn excluded(
     }
     // Drones by drone; with a zone, each excludes itself.
     let mut others: Vec<Vec<u32>> = vec![Vec::new(); job.agents.len()];
-    for &(drone, blocker, _) in goals.iter().filter(|(_, _, why)| counts(why)) {
-        match blocker {
+    for it in goals.iter().filter(|it| counts(&it.why)) {
+        let drone = it.drone;
+        match it.blocker {
             Blocker::Drone(other) if !is_out[drone] && !is_out[other] => {
                 others[drone].push(other as u32);
                 others[other].push(drone as u32);

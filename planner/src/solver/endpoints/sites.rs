@@ -39,6 +39,12 @@ pub(super) struct Site {
     pub(super) airborne: bool,
     /// Comes down to the support below its endpoint.
     pub(super) lands: bool,
+    /// Goes away from there, or comes there, at some time.
+    moves: bool,
+    /// At which of its tasks, from 0; `None`: its start, or where it ends.
+    pub(super) task: Option<usize>,
+    /// It is there throughout (s); `None`: some time, it is not known when.
+    during_s: Option<[f64; 2]>,
     /// Of the ball that must stay clear (m).
     pub(super) body_radius_m: f64,
     /// Highest mean air over its discs, over its induced velocity.
@@ -76,17 +82,17 @@ impl<'a> EndpointJudge<'a> {
         (judge, cache)
     }
 
-    /// Where a drone is at one of the two moments; `None`: gone.
-    fn site(&self, cache: &mut WakeCache, index: usize, when: EndpointKind) -> Option<Site> {
+    /// Where a drone is at its start, or at its goal; `None`: gone.
+    fn site(&self, cache: &mut WakeCache, index: usize, at_goal: bool) -> Option<Site> {
         let drone = &self.world.drones[index];
         let idle = drone.tasks.is_empty();
         let landed_start = drone.at_start == AtStart::Landed;
-        if drone.at_end == AtEnd::Leave && when == EndpointKind::Goals {
+        if drone.at_end == AtEnd::Leave && at_goal {
             return None;
         }
         let mut load_kg = 0.0;
         let (mut nominal_m, mut airborne, mut lands) = (drone.start_m, !landed_start, false);
-        if when == EndpointKind::Goals {
+        if at_goal {
             nominal_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
             let stays_landed = idle && landed_start;
             lands = drone.at_end == AtEnd::Land && !stays_landed;
@@ -102,6 +108,12 @@ impl<'a> EndpointJudge<'a> {
             place_m: nominal_m,
             airborne,
             lands,
+            moves: !idle
+                || lands
+                || drone.at_end == AtEnd::Leave
+                || !landed_start && drone.at_end == AtEnd::Land,
+            task: None,
+            during_s: Some(ALWAYS_S),
             body_radius_m: drone.vehicle.body_radius_m,
             air_limit: drone.air_limit,
             induced_velocity_mps: wake.wake.hover_velocity_mps() / self.flown.receiver_gain,
@@ -111,6 +123,44 @@ impl<'a> EndpointJudge<'a> {
             stops: Vec::new(),
         };
         Some(self.moved(&site, nominal_m))
+    }
+
+    /// Where a drone hovers at its tasks, or stays all the time if it has none.
+    fn stays(&self, cache: &mut WakeCache, index: usize) -> Vec<Site> {
+        let drone = &self.world.drones[index];
+        let Some(start) = self.site(cache, index, false) else {
+            return Vec::new();
+        };
+        if !start.moves {
+            return vec![start];
+        }
+        let mut load_kg = 0.0;
+        let mut stays = Vec::new();
+        for (task, asked) in drone.tasks.iter().enumerate() {
+            load_kg = asked.load_kg.unwrap_or(load_kg);
+            let is_last = task + 1 == drone.tasks.len() && drone.at_end == AtEnd::Hover;
+            let during_s = asked.during_s.map(|[from_s, until_s]| match is_last {
+                true => [from_s, f64::INFINITY],
+                false => [from_s, until_s],
+            });
+            // That it ends there is known of goals.
+            if is_last && during_s.is_none() {
+                continue;
+            }
+            let airframe = &drone.vehicle.airframe;
+            let (wake, discs) = cache.get(airframe, airframe.mass_kg() + load_kg);
+            let site = Site {
+                airborne: true,
+                task: Some(task),
+                during_s,
+                induced_velocity_mps: wake.wake.hover_velocity_mps() / self.flown.receiver_gain,
+                wake,
+                discs,
+                ..start.clone()
+            };
+            stays.push(self.moved(&site, asked.to_m));
+        }
+        stays
     }
 
     /// The same drone with another endpoint (m).
@@ -193,14 +243,15 @@ impl<'a> EndpointJudge<'a> {
 
     /// Gap that two bodies keep (m).
     pub(super) fn needs_m(&self, one: &Site, other: &Site) -> f64 {
-        let flying = usize::from(one.airborne) + usize::from(other.airborne);
-        self.world.planning.gap_to_bodies_m(flying)
+        self.world
+            .planning
+            .gap_to_bodies_m(one.flying_beside(other))
     }
 
     /// The greatest tracking margin that a gap between two bodies bears (m); `None` where it would
     /// be too small without one.
     pub(super) fn bearable_tracking_m(&self, one: &Site, other: &Site, gap_m: f64) -> Option<f64> {
-        let flying = usize::from(one.airborne) + usize::from(other.airborne);
+        let flying = one.flying_beside(other);
         let bears = flying > 0 && gap_m >= self.world.planning.clearance_m - SAME_PLACE_M;
         // To the millimetre, downwards: it is typed back.
         bears.then(|| (gap_m / flying as f64 * 1e3 + 1e-6).floor() / 1e3)
@@ -227,25 +278,80 @@ impl<'a> EndpointJudge<'a> {
     }
 }
 
-/// All drones present at one of the two moments.
+impl Site {
+    /// How many of two fly while both are there, at the least: of those that stand, the first to
+    /// go flies beside the other, as the last to come does.
+    fn flying_beside(&self, other: &Site) -> usize {
+        let [one, two] = [self, other].map(|it| usize::from(it.airborne));
+        let first = [(self, two), (other, one)].into_iter();
+        let moved = first.filter_map(|(it, beside)| it.moves.then_some(1 + beside));
+        moved.min().unwrap_or(0).max(one + two)
+    }
+
+    /// Whether it is there as long as there are drones.
+    pub(super) fn is_for_good(&self) -> bool {
+        self.during_s
+            .is_some_and(|[_, until_s]| until_s == f64::INFINITY)
+    }
+
+    /// From and until when both are there (s), if they are for certain; `Some(None)`: it is not
+    /// known when.
+    pub(super) fn together_s(&self, other: &Site) -> Option<Option<[f64; 2]>> {
+        match (self.during_s, other.during_s) {
+            _ if self.drone == other.drone => None,
+            (Some(one_s), Some(other_s)) => {
+                let both_s = [one_s[0].max(other_s[0]), one_s[1].min(other_s[1])];
+                (both_s[0] < both_s[1]).then_some(Some(both_s))
+            }
+            (None, Some(always_s)) | (Some(always_s), None) => {
+                (always_s == ALWAYS_S).then_some(None)
+            }
+            (None, None) => None,
+        }
+    }
+
+    /// Whether two are one drone, at one of its tasks.
+    pub(super) fn is_same(&self, other: &Site) -> bool {
+        (self.drone, self.task) == (other.drone, other.task)
+    }
+
+    /// Whether it is there when another comes.
+    fn is_there_before(&self, other: &Site) -> bool {
+        let begins_s = |it: &Site| it.during_s.map_or(0.0, |[from_s, _]| from_s);
+        let is_in_time =
+            |both_s: Option<[f64; 2]>| both_s.is_none_or(|[from_s, _]| from_s <= begins_s(other));
+        self.during_s.is_some() && self.together_s(other).is_some_and(is_in_time)
+    }
+}
+
+/// A drone that never leaves (s).
+const ALWAYS_S: [f64; 2] = [0.0, f64::INFINITY];
+
+/// All drones present at one of the two moments, or at their tasks.
 pub(super) struct Sites {
-    /// In the world's order.
+    /// In the world's order, of a drone by task.
     sites: Vec<Site>,
     /// Indices by x.
     by_x: Vec<usize>,
     /// Two sites farther apart than this do not meet (m).
     farthest_m: f64,
+    /// They are those of tasks.
+    are_tasks: bool,
 }
 
 impl Sites {
-    /// Every drone that is there at one of the two moments.
+    /// Every drone that is there at one of the two moments, or at its tasks.
     pub(super) fn new(
         judge: &EndpointJudge<'_>,
         cache: &mut WakeCache,
         when: EndpointKind,
     ) -> Sites {
         let drones = 0..judge.world.drones.len();
-        let sites = drones.filter_map(|drone| judge.site(cache, drone, when));
+        let sites = drones.flat_map(|drone| match when {
+            EndpointKind::Starts => Vec::from_iter(judge.site(cache, drone, false)),
+            EndpointKind::Goals => Vec::from_iter(judge.site(cache, drone, true)),
+            EndpointKind::Tasks => judge.stays(cache, drone),
+        });
         let sites: Vec<Site> = sites.collect();
         let deepest_m = judge.world.bounds_m.max.z - judge.world.bounds_m.min.z;
         let greatest = |of: &dyn Fn(&Site) -> f64| sites.iter().map(of).fold(0.0, f64::max);
@@ -259,6 +365,7 @@ impl Sites {
             sites,
             by_x,
             farthest_m: air_m.max(bodies_m),
+            are_tasks: when == EndpointKind::Tasks,
         }
     }
 
@@ -267,15 +374,17 @@ impl Sites {
         &self.sites
     }
 
-    /// The site of one drone.
-    pub(super) fn of(&self, drone: usize) -> Option<&Site> {
-        let at = self.sites.binary_search_by_key(&drone, |site| site.drone);
+    /// The site of one drone, at one of its tasks.
+    pub(super) fn of(&self, drone: usize, task: Option<usize>) -> Option<&Site> {
+        let sites = &self.sites;
+        let at = sites.binary_search_by_key(&(drone, task), |site| (site.drone, site.task));
         at.ok().map(|k| &self.sites[k])
     }
 
-    /// All but one drone that can touch a body at a place (m) or reach it with their wakes, or be
-    /// reached from it, in the world's order.
-    pub(super) fn near(&self, place_m: Point3<f64>, except: usize) -> Vec<&Site> {
+    /// All others that are there at the same time and can touch a body or reach it with their
+    /// wakes, or be reached from it, in the world's order.
+    pub(super) fn near(&self, site: &Site) -> Vec<&Site> {
+        let place_m = site.place_m;
         let x_m = |k: &usize| self.sites[*k].place_m.x;
         let from_m = place_m.x - self.farthest_m;
         let begins = self.by_x.partition_point(|k| x_m(k) < from_m);
@@ -284,11 +393,31 @@ impl Sites {
         let mut near: Vec<usize> = beside.copied().collect();
         near.sort_unstable();
         let near = near.into_iter().map(|k| &self.sites[k]);
-        let is_near = |site: &&Site| {
-            let apart_m = (site.place_m - place_m).xy().norm();
-            site.drone != except && apart_m <= self.farthest_m
+        let is_near = |other: &&Site| {
+            let apart_m = (other.place_m - place_m).xy().norm();
+            // Of two that both stay for good the goals tell.
+            let told = self.are_tasks && site.is_for_good() && other.is_for_good();
+            apart_m <= self.farthest_m && !told && site.together_s(other).is_some()
         };
         near.filter(is_near).collect()
+    }
+
+    /// Which of those near a site are there at once with it: when it comes, and as each comes after
+    /// it.
+    pub(super) fn moments<'s>(&self, site: &Site, near: &[&'s Site]) -> Vec<Vec<&'s Site>> {
+        if !self.are_tasks {
+            return vec![near.to_vec()];
+        }
+        let present = |comes: &Site| {
+            let there = near
+                .iter()
+                .filter(|it| it.is_same(comes) || it.is_there_before(comes));
+            there.copied().collect()
+        };
+        let later = near.iter().filter(|it| !it.is_there_before(site));
+        std::iter::once(present(site))
+            .chain(later.map(|it| present(it)))
+            .collect()
     }
 }
 
