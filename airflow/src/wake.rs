@@ -172,16 +172,21 @@ impl Wake {
         self.shape.is_some()
     }
 
-    /// Whether both are one hover jet: of the same airframe at the same mass in the same air, and
-    /// nothing but that.
+    /// Whether both are the same: of one airframe at one mass in the same air, with the same
+    /// effects.
     #[must_use]
-    pub fn is_same_hover_jet(&self, other: &Wake) -> bool {
-        let of = |it: &Wake| (it.shared.density_kg_per_m3, it.shared.jet);
-        !(self.is_shaped() || other.is_shaped())
-            && self.far == other.far
-            && self.induced_velocity_mps == other.induced_velocity_mps
+    pub fn is_same(&self, other: &Wake) -> bool {
+        let air = |it: &Wake| (it.shared.density_kg_per_m3, it.shared.jet);
+        let own = |it: &Wake| (it.far, it.induced_velocity_mps, it.gain, it.lean);
+        let shapes_are_same = match (&self.shape, &other.shape) {
+            (None, None) => true,
+            (Some(one), Some(other)) => one.is_same(other),
+            _ => false,
+        };
+        own(self) == own(other)
+            && air(self) == air(other)
             && self.shared.airframe == other.shared.airframe
-            && of(self) == of(other)
+            && shapes_are_same
     }
 
     /// Induced velocity (m/s) of the drone's own rotors, by which its exposure is measured: that of

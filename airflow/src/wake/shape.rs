@@ -37,6 +37,13 @@ struct Section {
 }
 
 impl Shape {
+    /// Whether both are of the same effects, for wakes of one airframe at one mass: the rest
+    /// follows from these.
+    pub(crate) fn is_same(&self, other: &Shape) -> bool {
+        let of = |it: &Shape| (it.effects, it.plain_mps, it.origin);
+        of(self) == of(other)
+    }
+
     /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is
     /// of [`crate::Surroundings::velocity_mps`].
     pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {

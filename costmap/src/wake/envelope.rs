@@ -345,10 +345,27 @@ impl Envelope {
         deepest_m: f64,
         negligible_square: f64,
     ) -> Envelope {
+        let one = Envelope::of_each(wake, &[(discs, negligible_square)], deepest_m);
+        one.into_iter().next().expect("one for each receiver")
+    }
+
+    /// The same for several receivers, each with what counts as still air to it.
+    fn of_each(wake: &Wake, receivers: &[(&DiscPoints, f64)], deepest_m: f64) -> Vec<Envelope> {
         if wake.is_shaped() {
-            let one = Envelope::of_moved(wake, &[(discs, negligible_square)], deepest_m);
-            return one.into_iter().next().expect("one for each receiver");
+            return Envelope::of_moved(wake, receivers, deepest_m);
         }
+        let of_one = |&(discs, still): &(&DiscPoints, f64)| {
+            Envelope::of_hover_jet(wake, discs, deepest_m, still)
+        };
+        receivers.iter().map(of_one).collect()
+    }
+
+    fn of_hover_jet(
+        wake: &Wake,
+        discs: &DiscPoints,
+        deepest_m: f64,
+        negligible_square: f64,
+    ) -> Envelope {
         let l = wake.motor_distance_m();
         let (columns, growth) = match discs.offsets_m.len() {
             1 => (COLUMNS_AT_POINTS, ROW_GROWTH_AT_POINTS),

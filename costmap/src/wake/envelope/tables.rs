@@ -1,6 +1,6 @@
-//! Tables of a wake for each of its receivers. Those of hover jets are kept for as long as the
-//! process runs: one fleet is planned several times, by other rules, on finer cells and after every
-//! change, and what flies in it stays the same.
+//! Tables of a wake for each of its receivers, kept for as long as the process runs: one fleet is
+//! planned several times, by other rules, on finer cells and after every change, and what flies in
+//! it stays the same.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,60 +10,92 @@ use rayon::prelude::*;
 
 use super::Envelope;
 
-/// Tables that are kept, chosen here: 40 kB each, those of a fleet of 16 airframes.
-const MOST_KEPT: usize = 256;
+/// Cells of the tables that are kept, of 8 bytes each, chosen here: those of hover jets of a fleet
+/// of 32 airframes, or some twenty leaning or bent ones.
+const MOST_KEPT: usize = 4 << 20;
 
-/// A table, and all that it depends on.
+/// Tables that were made together, and all that they depend on.
 struct Kept {
     wake: Wake,
-    discs: DiscPoints,
-    /// How deep and how far astray (m), and the mean square that is still air.
-    terms: [f64; 3],
-    envelope: Arc<Envelope>,
+    receivers: Vec<(DiscPoints, f64)>,
+    /// How deep and how far astray (m).
+    terms: [f64; 2],
+    tables: Vec<Arc<Envelope>>,
+}
+
+impl Kept {
+    fn cells(&self) -> usize {
+        let cells = self.tables.iter().map(|it| it.squares.len());
+        cells.sum()
+    }
 }
 
 /// The oldest first.
 static KEPT: Mutex<VecDeque<Kept>> = Mutex::new(VecDeque::new());
 
-/// Tables of one wake for several receivers, each with the mean square that counts as still air to
-/// it, down to a depth, for receivers that may be so far from where they seem (m).
+/// Who meets a wake: the points of its discs, and the mean square that counts as still air to it.
+type Receiver<'a> = (&'a DiscPoints, f64);
+
+/// Tables of one wake for several receivers, down to a depth, for receivers that may be so far from
+/// where they seem (m).
 pub(crate) fn of_each(
     wake: &Wake,
-    receivers: &[(&DiscPoints, f64)],
-    [deepest_m, astray_m]: [f64; 2],
+    receivers: &[Receiver<'_>],
+    terms: [f64; 2],
 ) -> Vec<Arc<Envelope>> {
-    if wake.is_shaped() {
-        let made = Envelope::of_moved(wake, receivers, deepest_m).into_par_iter();
-        return made.map(|it| Arc::new(it.grown(astray_m))).collect();
+    match wake.is_shaped() {
+        // What a moved jet is like is worked out once for all of them.
+        true => kept_or_made(wake, receivers, terms),
+        false => {
+            let alone = receivers.par_iter().map(std::slice::from_ref);
+            let each = alone.map(|it| kept_or_made(wake, it, terms));
+            each.flatten_iter().collect()
+        }
     }
-    let of_one = |&(discs, still): &(&DiscPoints, f64)| {
-        let terms = [deepest_m, astray_m, still];
-        known(wake, discs, terms).unwrap_or_else(|| {
-            let made = Envelope::new(wake, discs, deepest_m, still).grown(astray_m);
-            let envelope = Arc::new(made);
-            keep(Kept {
-                wake: wake.clone(),
-                discs: discs.clone(),
-                terms,
-                envelope: envelope.clone(),
-            });
-            envelope
-        })
-    };
-    receivers.par_iter().map(of_one).collect()
 }
 
-fn known(wake: &Wake, discs: &DiscPoints, terms: [f64; 3]) -> Option<Arc<Envelope>> {
+fn kept_or_made(
+    wake: &Wake,
+    receivers: &[Receiver<'_>],
+    [deepest_m, astray_m]: [f64; 2],
+) -> Vec<Arc<Envelope>> {
+    known(wake, receivers, [deepest_m, astray_m]).unwrap_or_else(|| {
+        let tables = match astray_m {
+            0.0 => Envelope::of_each(wake, receivers, deepest_m).into_iter(),
+            _ => {
+                let exact = kept_or_made(wake, receivers, [deepest_m, 0.0]).into_par_iter();
+                let grown = exact.map(|it| Envelope::clone(&it).grown(astray_m));
+                grown.collect::<Vec<_>>().into_iter()
+            }
+        };
+        let tables: Vec<Arc<Envelope>> = tables.map(Arc::new).collect();
+        let receivers = receivers.iter();
+        keep(Kept {
+            wake: wake.clone(),
+            receivers: receivers
+                .map(|&(discs, still)| (discs.clone(), still))
+                .collect(),
+            terms: [deepest_m, astray_m],
+            tables: tables.clone(),
+        });
+        tables
+    })
+}
+
+fn known(wake: &Wake, receivers: &[Receiver<'_>], terms: [f64; 2]) -> Option<Vec<Arc<Envelope>>> {
+    let same = |it: &&Kept| {
+        let own = it.receivers.iter().map(|(discs, still)| (discs, *still));
+        it.terms == terms && own.eq(receivers.iter().copied()) && it.wake.is_same(wake)
+    };
     let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    let same =
-        |it: &&Kept| it.terms == terms && it.discs == *discs && it.wake.is_same_hover_jet(wake);
-    kept.iter().find(same).map(|it| it.envelope.clone())
+    kept.iter().find(same).map(|it| it.tables.clone())
 }
 
 fn keep(made: Kept) {
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    if kept.len() == MOST_KEPT {
-        kept.pop_front();
-    }
     kept.push_back(made);
+    let mut cells: usize = kept.iter().map(Kept::cells).sum();
+    while cells > MOST_KEPT {
+        cells -= kept.pop_front().map_or(cells, |oldest| oldest.cells());
+    }
 }
