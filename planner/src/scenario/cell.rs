@@ -19,6 +19,10 @@ const PACKED_SHARE: f64 = 0.5;
 const MOST_PLACES: f64 = 400_000.0;
 /// Room to spare from which a gap counts as meant for a body (m): chosen here.
 const LEAST_LANE_M: f64 = 0.2;
+/// No gap asks for smaller cells (m). Chosen here: of two drones that pass a tunnel the other way
+/// each, a search on cells of 0.12 m takes more states than there are, and where such a gap is the
+/// only way a passage beyond the lattice leads through it.
+const LEAST_FOR_GAPS_M: f64 = 0.25;
 /// The share of drones that may stand closer than what counts as their spacing: chosen here, so
 /// that one pair does not decide for a fleet.
 const CLOSER_SHARE: usize = 10;
@@ -242,8 +246,11 @@ fn gaps(world: &World) -> Option<(f64, String)> {
             let lane = (low_m + body_m, high_m - body_m);
             let mut cell_m = LARGEST_M;
             // Halves, so that places on whole cells stay on them.
-            while cell_m > LEAST_LANE_M && !is_met(lane, cell_m, axis, &places_m) {
+            while cell_m > LEAST_FOR_GAPS_M && !is_met(lane, cell_m, axis, &places_m) {
                 cell_m *= 0.5;
+            }
+            if !is_met(lane, cell_m, axis, &places_m) {
+                continue;
             }
             if found.is_none_or(|(known_m, _)| cell_m < known_m) {
                 found = Some((cell_m, gap_m));
@@ -341,6 +348,9 @@ mod tests {
         assert_eq!(room(2.5, 3.5), 1.0);
         assert_eq!(room(2.1, 2.9), 0.5);
         assert_eq!(room(2.05, 2.65), 0.25);
+        // On no cells of a quarter metre: that is for a passage beyond the lattice.
+        assert_eq!(room(2.05, 2.65 + 0.01), 0.25);
+        assert_eq!(room(2.02, 2.62), 1.0);
         // Too narrow for any: nothing helps.
         assert_eq!(room(2.1, 2.3), 1.0);
     }
