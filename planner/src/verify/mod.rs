@@ -59,6 +59,7 @@ pub(crate) use again::Judgements;
 use again::Known;
 pub use bounds::obstacles::NamedSolid;
 pub use checks::air::DroneExposure;
+pub use checks::contents::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
 pub use checks::lateness;
 use checks::zone::{Asked, SLIGHTEST_MPS};
 use checks::{

@@ -3,6 +3,7 @@
 
 use airflow::Convection;
 use planner::plan::{AirDelay, DronePlan, Plan, Violation, ViolationKind};
+use planner::verify::lateness::of_all;
 use planner::verify::verify;
 
 use super::margins::bearing;
@@ -60,6 +61,51 @@ fn a_drone_that_follows_another_is_in_its_air_though_never_below_it() {
     // Four metres behind it is out of its air, at any factor of these.
     let far = plan(vec![leader("leader", 4.0, 4.0, 0.0), follower(0.3)]);
     assert_eq!(over(&bearing(late(far, [0.6, 1.0]), 0.1, 0.0)), []);
+}
+
+#[test]
+fn exposure_in_late_air_is_told_from_when_on_until_when_it_is_over_the_limit() {
+    let stays = |name: &str, at: [f64; 3]| drone(name, "crazyflie-2.1", &[(0.0, at), (60.0, at)]);
+    let hover = plan(vec![
+        stays("below", [5.0, 5.0, 1.0]),
+        stays("above", [5.0, 5.0, 2.2]),
+    ]);
+    let (at_once, hover) = (found(&hover), late(hover, [0.6, 1.0]));
+    for told in [&at_once, &found(&hover)] {
+        let spans: Vec<_> = told.iter().map(|it| (it.from_s, it.until_s)).collect();
+        assert_eq!(spans, [(0.0, None)], "{told:?}");
+    }
+    // What is exceeded already leaves no room to be late.
+    let room: Vec<_> = of_all(&hover).into_iter().flatten().collect();
+    assert_eq!(room.len(), 2);
+    for it in room {
+        assert_eq!(it.late_s, 0.0, "{it:?}");
+        assert_eq!(it.breaks.map(|it| it.0), Some(ViolationKind::Air));
+    }
+    // One that comes, stays and goes: its air is there as soon as it is at the earliest, and until
+    // it was carried down at the latest.
+    let passes = [
+        (0.0, [12.0, 5.0, 2.2]),
+        (20.0, [12.0, 5.0, 2.2]),
+        (24.0, [5.0, 5.0, 2.2]),
+        (44.0, [5.0, 5.0, 2.2]),
+        (48.0, [12.0, 5.0, 2.2]),
+    ];
+    let passing = plan(vec![
+        stays("below", [5.0, 5.0, 1.0]),
+        drone("above", "crazyflie-2.1", &passes),
+    ]);
+    let only = |plan: &Plan| {
+        let found = found(plan);
+        assert_eq!(found.len(), 1, "{found:?}");
+        (found[0].from_s, found[0].until_s.expect("it goes"))
+    };
+    let (at_once, late) = (only(&passing), only(&late(passing.clone(), [0.6, 1.0])));
+    assert!((late.0 - at_once.0).abs() < 0.02, "{late:?} {at_once:?}");
+    assert!(
+        (at_once.1..at_once.1 + 1.5).contains(&late.1),
+        "{late:?} {at_once:?}"
+    );
 }
 
 #[test]

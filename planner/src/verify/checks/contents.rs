@@ -47,9 +47,17 @@ const AROUND_M: [f64; 3] = [20_000.0, 20_000.0, 100.0];
 /// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
 /// here, and narrow enough for what is worked out from it to be finite.
 type Physical = (&'static str, RangeInclusive<f64>, &'static str);
+/// Coordinates that a plan may have (m); what lies beyond is malformed, as for the next three.
+pub const COORDINATES_M: (f64, f64) = (-1e7, 1e7);
+/// Extents of the whole (m).
+pub const EXTENTS_M: (f64, f64) = (0.0, 2e4);
+/// A drone's highest speed (m/s).
+pub const SPEEDS_MPS: (f64, f64) = (1e-3, 1e3);
+/// A drone's last time (s).
+pub const TIMES_S: (f64, f64) = (0.0, 1e9);
 const MASS: Physical = ("mass", 1e-4..=1e5, "kg");
 const SIZE: Physical = ("body radius", 1e-3..=1e3, "m");
-const SPEED: Physical = ("highest speed", 1e-3..=1e3, "m/s");
+const SPEED: Physical = ("highest speed", SPEEDS_MPS.0..=SPEEDS_MPS.1, "m/s");
 const VERTICAL: Physical = ("highest climb or descent", 1e-3..=1e3, "m/s");
 const ACCELERATION: Physical = ("highest acceleration", 1e-3..=1e5, "m/s2");
 const JERK: Physical = ("highest jerk", 1e-3..=1e7, "m/s3");
@@ -57,13 +65,13 @@ const AIR_LIMIT: Physical = ("air limit", 0.0..=100.0, "of its induced velocity"
 const PROPELLER: Physical = ("propeller diameter", 1e-3..=100.0, "m");
 const MOTORS: Physical = ("motor distance", 1e-3..=100.0, "m");
 const WIDTH: Physical = ("width factor", 0.05..=20.0, "");
-const TIME: Physical = ("last time", 0.0..=1e9, "s");
+const TIME: Physical = ("last time", TIMES_S.0..=TIMES_S.1, "s");
 const DENSITY: Physical = ("the air's density", 1e-3..=100.0, "kg/m3");
 const CENTRELINE: Physical = ("the jet's centreline", 1e-2..=1e3, "");
 const SPREADING: Physical = ("the jet's spreading", 1e-4..=10.0, "");
 const ORIGIN: Physical = ("the jet's origin", -1e3..=-1e-3, "motor distances");
-const COORDINATE: Physical = ("a coordinate", -1e7..=1e7, "m");
-const EXTENT: Physical = ("an extent", 0.0..=2e4, "m");
+const COORDINATE: Physical = ("a coordinate", COORDINATES_M.0..=COORDINATES_M.1, "m");
+const EXTENT: Physical = ("an extent", EXTENTS_M.0..=EXTENTS_M.1, "m");
 const ZONE_LIMIT: Physical = ("the limit of a zone", 0.0..=1e3, "m/s");
 
 /// Whether a number is physical.

@@ -115,6 +115,9 @@ impl Fleet<'_> {
                 known.by_air(slice, ahead.collect(), shift_s, late);
             }
             for same in &others {
+                if known.late_s <= 0.0 {
+                    return known;
+                }
                 self.below(k, same[0].other, from_s, &mut known);
             }
             if known.breaks.is_some() {

@@ -64,6 +64,11 @@ const TOLD_ALPHA: f64 = 2e-3;
 /// found, over U_H: chosen here, a bound serves where the air is far below the limit.
 const PARTS_BOUNDED: usize = 1_000;
 const BOUND_ALPHA: f64 = 0.02;
+/// From when on and until when the limit is exceeded is told to this (s): chosen here, the
+/// hundredths that are printed.
+const EXTENT_S: f64 = 0.01;
+/// Parts of one moment that are looked at for that, chosen here: enough to tell lags apart.
+const PARTS_OF_MOMENT: usize = 50;
 /// Parts looked at once the limit is known to be exceeded, chosen here, and how much worse a part
 /// must be to be looked at: the worst that is told is then within a few percent of it.
 const PARTS_ONCE_VIOLATED: usize = 400;
@@ -95,6 +100,7 @@ impl Emitter {
 }
 
 /// The receiver's flight within one of its pieces, and the air that it bears.
+#[derive(Clone)]
 pub(super) struct Exposed<'a> {
     /// All flights and the air.
     scene: &'a Scene<'a>,
@@ -146,6 +152,58 @@ pub(super) enum Verdict {
     Open([Part; 2]),
 }
 
+/// What the least is looked for of.
+#[derive(Clone, Copy)]
+enum Along {
+    /// The shift of the first clock, either way.
+    Shift,
+    /// The receiver's time since then (s).
+    Since(f64),
+    /// Its time until then (s).
+    Until(f64),
+}
+
+impl Along {
+    /// The least in a part (s).
+    fn low_s(self, part: &Part) -> f64 {
+        match self {
+            Along::Shift => part.shifts_s[0].0.max(-part.shifts_s[0].1).max(0.0),
+            Along::Since(from_s) => part.span_s.0 - from_s,
+            Along::Until(until_s) => until_s - part.span_s.1,
+        }
+    }
+
+    /// That of a moment (s).
+    fn of_s(self, moment: &Moment) -> f64 {
+        match self {
+            Along::Shift => {
+                let shift_s = moment.shifts_s.first().copied().flatten();
+                shift_s.map_or(0.0, f64::abs)
+            }
+            Along::Since(from_s) => moment.t_s - from_s,
+            Along::Until(until_s) => until_s - moment.t_s,
+        }
+    }
+
+    /// The dimension of a part that it is (s).
+    fn range(self, part: &mut Part) -> &mut Span {
+        match self {
+            Along::Shift => &mut part.shifts_s[0],
+            Along::Since(_) | Along::Until(_) => &mut part.span_s,
+        }
+    }
+
+    /// A part in two.
+    fn in_two(self, mut part: Part) -> [Part; 2] {
+        let (low_s, high_s) = *self.range(&mut part);
+        let middle_s = 0.5 * (low_s + high_s);
+        let mut halves = [part.clone(), part];
+        self.range(&mut halves[0]).1 = middle_s;
+        self.range(&mut halves[1]).0 = middle_s;
+        halves
+    }
+}
+
 /// One wake during one piece of its drone as seen from the receiver.
 struct Passing<'a> {
     wake: &'a BoundedWake,
@@ -161,6 +219,32 @@ struct Passing<'a> {
     high_mps: f64,
 }
 
+/// Slices over the limit one after another.
+struct Run<'a> {
+    /// With margins or without.
+    kind: ViolationKind,
+    /// The first and the last of them, each with a moment over the limit (s).
+    first: (Slice<'a>, f64),
+    last: (Slice<'a>, f64),
+    /// Of all of them.
+    worst: Moment,
+}
+
+impl Run<'_> {
+    /// From its first to its last moment over the limit (s).
+    fn span_s(&self, margin_s: f64) -> Span {
+        let margin_s = match self.kind {
+            ViolationKind::Air => 0.0,
+            _ => margin_s,
+        };
+        let extent_s = |(slice, known_s): &(Slice<'_>, f64)| {
+            let whole = slice.whole(margin_s);
+            slice.exposed.extent_s(&whole, *known_s)
+        };
+        (extent_s(&self.first).0, extent_s(&self.last).1)
+    }
+}
+
 /// Whether one receiver may exceed its limit when air takes its time, or at some shift of the
 /// clocks within the margin, and when.
 pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> Vec<Found> {
@@ -169,10 +253,7 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) ->
     if margin_s <= 0.0 && !is_late {
         return Vec::new();
     }
-    // Runs of slices over the limit, each from its first to its last moment, with its worst; and
-    // where its last slice ends.
-    let mut runs: Vec<(ViolationKind, Span, Moment)> = Vec::new();
-    let mut ends_s = f64::NEG_INFINITY;
+    let mut runs: Vec<Run> = Vec::new();
     for slice in slices(scene, near, receiver, margin_s) {
         let Some(shifted) = slice.exposed.over(slice.whole(margin_s)) else {
             continue;
@@ -183,24 +264,33 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) ->
                 .flatten(),
             false => Some(shifted.clone()),
         };
-        let (kind, moment) = match on_time {
+        let (kind, worst) = match on_time {
             Some(moment) => (ViolationKind::Air, moment),
             None => (ViolationKind::AirMargin, shifted),
         };
+        let here = (slice, worst.t_s);
         match runs.last_mut() {
-            Some((known, run_s, worst))
-                if *known == kind && slice.span_s.0 - ends_s <= JOINED_S =>
-            {
-                run_s.1 = moment.t_s;
-                if moment.alpha > worst.alpha {
-                    *worst = moment;
+            Some(run) if run.kind == kind && here.0.span_s.0 - run.last.0.span_s.1 <= JOINED_S => {
+                run.last = here;
+                if worst.alpha > run.worst.alpha {
+                    run.worst = worst;
                 }
             }
-            _ => runs.push((kind, (moment.t_s, moment.t_s), moment)),
+            _ => runs.push(Run {
+                kind,
+                first: here.clone(),
+                last: here,
+                worst,
+            }),
         }
-        ends_s = slice.span_s.1;
     }
-    let found = runs.into_iter().map(|(kind, span_s, moment)| {
+    let found = runs.into_iter().map(|run| {
+        let span_s = run.span_s(margin_s);
+        let Run {
+            kind,
+            worst: moment,
+            ..
+        } = run;
         let (from, shift_s) = moment.strongest;
         let worst = Worst {
             with: Some(scene.flights[from].name.clone()),
@@ -274,6 +364,7 @@ pub(super) fn within_reach_s(
 }
 
 /// A span of the receiver's time within one of its pieces, and the flights near it.
+#[derive(Clone)]
 pub(super) struct Slice<'a> {
     /// The receiver in it.
     pub(super) exposed: Exposed<'a>,
@@ -436,38 +527,110 @@ impl<'a> Exposed<'a> {
     /// The least shift of the first clock, either way, at which the limit is exceeded in a part, to
     /// a resolution (s); `None`: none below one that is known (s).
     pub(super) fn least_shift_s(&self, whole: Part, below_s: f64, fine_s: f64) -> Option<f64> {
-        let mut least_s = below_s;
-        let low_s = |part: &Part| part.shifts_s[0].0.max(-part.shifts_s[0].1).max(0.0);
-        // Those of the least shift have their turn first, of equals the last: what is not decided
-        // in the end lies beyond as many shifts as can be.
+        let (found_s, open_s) = self.least_s(Along::Shift, whole, below_s, (fine_s, PARTS_LATE));
+        // Not decided: the least that may be.
+        let least_s = found_s.min(open_s);
+        (least_s < below_s).then_some(least_s)
+    }
+
+    /// From when on and until when the limit is exceeded in a part (s), to [`EXTENT_S`], as far as
+    /// that is looked for; it is at a moment that is known (s).
+    fn extent_s(&self, whole: &Part, known_s: f64) -> Span {
+        let (from_s, until_s) = whole.span_s;
+        let how = (EXTENT_S, PARTS_ONCE_VIOLATED);
+        let least_s = |along, known_s| self.least_s(along, whole.clone(), known_s, how).0;
+        // About the known moment first, then what there may be apart from it.
+        let [first_s, last_s] =
+            [from_s, until_s].map(|end_s| self.bisected_s(whole, known_s, end_s));
+        let after_s = least_s(Along::Since(from_s), first_s - from_s);
+        let before_s = least_s(Along::Until(until_s), until_s - last_s);
+        (from_s + after_s, until_s - before_s)
+    }
+
+    /// The moment between one at which the limit is exceeded and an end of a part (s) from which on
+    /// it is not, to [`EXTENT_S`]; the end itself where it is exceeded there.
+    fn bisected_s(&self, whole: &Part, over_s: f64, end_s: f64) -> f64 {
+        let is_over = |t_s: f64| {
+            let mut open = vec![Part {
+                span_s: (t_s, t_s),
+                ..whole.clone()
+            }];
+            for _ in 0..PARTS_OF_MOMENT {
+                match open.pop().map(|part| self.judge(part, None)) {
+                    Some(Verdict::Over(..)) => return true,
+                    Some(Verdict::Open(halves)) => open.extend(halves),
+                    Some(Verdict::Clear) => {}
+                    None => break,
+                }
+            }
+            false
+        };
+        if is_over(end_s) {
+            return end_s;
+        }
+        let (mut over_s, mut clear_s) = (over_s, end_s);
+        while (over_s - clear_s).abs() > EXTENT_S {
+            let middle_s = 0.5 * (over_s + clear_s);
+            match is_over(middle_s) {
+                true => over_s = middle_s,
+                false => clear_s = middle_s,
+            }
+        }
+        over_s
+    }
+
+    /// The least at which the limit is exceeded in a part, along one of its dimensions, to a
+    /// resolution (s), by no more than so many parts; it is exceeded at what is known (s). And
+    /// the least of what is not decided; infinite: all is.
+    fn least_s(
+        &self,
+        along: Along,
+        whole: Part,
+        known_s: f64,
+        (fine_s, most): (f64, usize),
+    ) -> (f64, f64) {
+        if known_s <= 0.0 {
+            return (known_s, f64::INFINITY);
+        }
+        let mut least_s = known_s;
+        // Those of the least have their turn first, of equals the last: what is not decided in the
+        // end lies beyond as much as can be.
         let mut parts = vec![Some(whole)];
         let mut open = BinaryHeap::from([(Reverse(0), 0)]);
-        for _ in 0..PARTS_LATE {
+        for _ in 0..most {
             let part = open
                 .pop()
                 .and_then(|(_, index): (_, usize)| parts[index].take());
-            let Some(part) = part.filter(|it| low_s(it) <= least_s - fine_s) else {
-                return (least_s < below_s).then_some(least_s);
+            // What begins at none is decided, however near it the least is.
+            let matters = |it: &Part| along.low_s(it) <= (least_s - fine_s).max(0.0);
+            let Some(part) = part.filter(matters) else {
+                return (least_s, f64::INFINITY);
             };
+            let low_s = along.low_s(&part);
+            let mut whole = part.clone();
+            let (from_s, until_s) = *along.range(&mut whole);
+            let is_short = until_s - from_s <= fine_s;
             let halves = match self.judge(part, None) {
                 Verdict::Clear => None,
                 Verdict::Open(halves) => Some(halves),
                 Verdict::Over(moment, halves) => {
-                    let shift_s = moment.shifts_s.first().copied().flatten();
-                    least_s = least_s.min(shift_s.map_or(0.0, f64::abs));
-                    halves
+                    let at_s = along.of_s(&moment);
+                    if at_s <= 0.0 || is_short && low_s <= 0.0 {
+                        return (0.0, f64::INFINITY);
+                    }
+                    least_s = least_s.min(at_s);
+                    // Where no path is long it is the same in all of it, or there is air in some.
+                    (!is_short).then(|| halves.unwrap_or_else(|| along.in_two(whole)))
                 }
             };
             for half in halves.into_iter().flatten() {
-                // Shifts are not negative: their bits are in their order.
-                open.push((Reverse(low_s(&half).to_bits()), parts.len()));
+                // They are not negative: their bits are in their order.
+                open.push((Reverse(along.low_s(&half).to_bits()), parts.len()));
                 parts.push(Some(half));
             }
         }
-        // Not decided: the least that may be.
-        let least_open_s = open.peek().map_or(least_s, |it| f64::from_bits(it.0.0));
-        let least_s = least_s.min(least_open_s);
-        (least_s < below_s).then_some(least_s)
+        let least_open_s = open.peek().map(|it| f64::from_bits(it.0.0));
+        (least_s, least_open_s.unwrap_or(f64::INFINITY))
     }
 
     /// Whether the limit holds throughout a part, whatever else is there, of which there is at most
