@@ -6,14 +6,14 @@ use std::ops::RangeInclusive;
 use nalgebra::Point3;
 use planner::Plan;
 use planner::plan::{Obstacle, Solid, TrajectoryEntry};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::course::{self, Course};
 use crate::deviation::{self, Deviation};
 use crate::flown::Flown;
 use crate::frame::{Axes, Frame, Georeference, HEADING_DEFAULT_DEG};
-use crate::lights::Lights;
+use crate::kept::{self, Kept};
 use crate::read::{self, ReadError};
 use crate::untimed::{self, Untimed};
 use crate::write::mission::{self, Mission};
@@ -91,8 +91,8 @@ pub struct Options {
     pub compressed_alone: bool,
     /// A format that holds no times will do: drones fly such files without the plan's separation.
     pub untimed_ok: bool,
-    /// Light programs of a show, by drone: Skybrush's formats keep them.
-    pub lights: BTreeMap<String, Lights>,
+    /// Of an imported show: Skybrush's formats keep it.
+    pub kept: Kept,
 }
 
 /// A file of an export.
@@ -155,11 +155,12 @@ pub struct AxesNamed {
 }
 
 /// A drone of an export.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DroneNamed {
     /// As in the plan.
     pub name: String,
     /// The plan's id, a slash, its name.
+    #[serde(default)]
     pub id: String,
     /// Its first place in the world (m).
     pub start_m: Point3<f64>,
@@ -210,6 +211,9 @@ pub enum ExportError {
         "this format lies on the Earth: say where with --georeference LAT,LON,AMSL,HEADING, or with `origin` in the scenario"
     )]
     NoGeoreference,
+    /// The show that was imported cannot be kept beside the plan's trajectories.
+    #[error("the show as it was cannot be kept: {0}")]
+    Original(String),
     /// Where the plan says that it lies is nowhere.
     #[error("`origin` of the plan: {0}")]
     Origin(String),
@@ -297,7 +301,7 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
     let mut written = match to {
         Target::Setpoints => write_setpoints(&courses, &stems, options),
         Target::Crazyswarm => write_crazyswarm(&courses, &stems, options),
-        Target::Skybrush => write_skybrush(plan, &courses, &stems, options),
+        Target::Skybrush => write_skybrush(plan, &courses, &stems, options)?,
         Target::Mcap => write_mcap(plan, &courses, options),
         Target::Czml => {
             let georeference = options.georeference.ok_or(ExportError::NoGeoreference)?;
@@ -316,10 +320,10 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         return Err(ExportError::Refused(written.refused));
     }
     written.lost.extend(lost(plan, &courses));
-    if to != Target::Skybrush && !options.lights.is_empty() {
-        written
-            .lost
-            .push("light programs: Skybrush's formats alone hold them".to_owned());
+    let kept = options.kept.told();
+    if to != Target::Skybrush && !kept.is_empty() {
+        let what = format!("{}: Skybrush's formats alone hold them", kept.join(", "));
+        written.lost.push(what);
     }
     let deviation = match (to, &options.georeference) {
         (Target::Qgc, Some(at)) => missions(plan, &written.files, at)?,
@@ -542,7 +546,13 @@ fn write_crazyswarm(courses: &[Course], stems: &[String], options: &Options) -> 
     written
 }
 
-fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &Options) -> Written {
+fn write_skybrush(
+    plan: &Plan,
+    courses: &[Course],
+    stems: &[String],
+    options: &Options,
+) -> Result<Written, ExportError> {
+    let kept = &options.kept;
     let mut written = Written::default();
     let limit = (skyb::MOST_BYTES, "bytes of a .skyb's trajectory");
     let mut unit_mm = 1;
@@ -553,7 +563,7 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
             written.refuse(&course.name, what);
         }
         let comment = format!("{}/{}", options.plan_id, course.name);
-        let lights = options.lights.get(&course.name);
+        let lights = kept.lights.get(&course.name);
         let other = lights
             .map_or(0, |it| it.bytecode().len())
             .max(comment.len());
@@ -586,11 +596,12 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
         plan,
         plan_id: &options.plan_id,
         georeference: options.georeference,
-        lights: &options.lights,
+        kept,
     };
+    let bytes = skyc::file(&show, courses);
     written.of_all.push(File {
         name: "show.skyc".to_owned(),
-        bytes: skyc::file(&show, courses).expect("a zip in memory can be written"),
+        bytes: bytes.map_err(|error| ExportError::Original(error.to_string()))?,
     });
     let mut lost = |what: &str| written.lost.push(what.to_owned());
     if unit_mm > 1 {
@@ -600,7 +611,7 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
     }
     let dark = courses
         .iter()
-        .filter(|it| !options.lights.contains_key(&it.name));
+        .filter(|it| !kept.lights.contains_key(&it.name));
     match dark.count() {
         0 => {}
         all if all == courses.len() => lost("no light program"),
@@ -608,15 +619,23 @@ fn write_skybrush(plan: &Plan, courses: &[Course], stems: &[String], options: &O
             "no light programs of {some} of the drones: the show has none"
         )),
     }
-    if options.georeference.is_none() {
+    if !show.is_outdoor() {
         lost("no --georeference, and no `origin` in the scenario: the show is an indoor one");
+    }
+    let of_drones = kept.original.iter().flat_map(|it| it.of_drones());
+    let of_drones: Vec<String> = of_drones.map(kept::word).collect();
+    if !of_drones.is_empty() {
+        let of_drones = of_drones.join(", ");
+        lost(&format!(
+            "{of_drones}: the .skyc has them, the .skyb files have not"
+        ));
     }
     if courses.iter().any(|it| !it.lands) {
         lost(
             "drones that end hovering: Skybrush takes their last height for the ground they land on",
         );
     }
-    written
+    Ok(written)
 }
 
 fn write_mcap(plan: &Plan, courses: &[Course], options: &Options) -> Written {
@@ -768,8 +787,10 @@ fn read_all(
         (Target::Mcap, _) => read::mcap::read(&file.bytes)?,
         (Target::Czml, Some(at)) => read::czml::read(&file.bytes, at)?.into_iter().collect(),
         _ => {
-            let show = read::skyc::read(&file.bytes)?.into_iter();
-            show.map(|it| (it.name, it.flown)).collect()
+            let show = read::skyc::read(&file.bytes);
+            let show = show.map_err(ReadError::first)?;
+            let performers = show.performers.into_iter();
+            performers.map(|it| (it.name, it.flown)).collect()
         }
     };
     Ok(courses.iter().map(|it| by_name.remove(&it.name)).collect())

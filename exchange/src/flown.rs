@@ -1,6 +1,8 @@
 //! What a file says of one drone: polynomials in time.
 
 use nalgebra::Point3;
+use planner::scenario::RowFaults;
+use planner::verify::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
 
 /// One drone as a file has it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +34,50 @@ impl Span {
             value(&self.axes[2]),
         )
     }
+
+    /// What of it no plan can hold, looked at in [`LOOKS`] steps: places, speeds, and how far and
+    /// how long it goes.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let duration_s = self.until_s - self.from_s;
+        let out = |what: &str, value: f64, (low, high): (f64, f64), unit: &str| {
+            let is_in = (low..=high).contains(&value);
+            (!is_in).then(|| format!("{what} {} {unit}, not within {low} to {high}", shown(value)))
+        };
+        if let Some(told) = out("lasts", duration_s, TIMES_S, "s") {
+            return Some(told);
+        }
+        let at_m = |k: u32| self.at_m(self.from_s + duration_s * f64::from(k) / f64::from(LOOKS));
+        let places_m: Vec<Point3<f64>> = (0..=LOOKS).map(at_m).collect();
+        let coordinates_m = places_m.iter().flat_map(|it| it.iter().copied());
+        // What is no number is greater than all.
+        let farthest_m = coordinates_m.max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let far = farthest_m.and_then(|it| out("reaches", it, COORDINATES_M, "m"));
+        far.or_else(|| {
+            let steps = places_m.windows(2).map(|two| (two[1] - two[0]).norm());
+            let fastest_mps = steps.fold(0.0, f64::max) * f64::from(LOOKS) / duration_s;
+            out("is flown at", fastest_mps, (0.0, SPEEDS_MPS.1), "m/s")
+        })
+        .or_else(|| {
+            let gone_m = places_m.iter().map(|it| (it - places_m[0]).norm());
+            out("goes", gone_m.fold(0.0, f64::max), EXTENTS_M, "m")
+        })
+    }
 }
+
+/// A number as people write it.
+fn shown(value: f64) -> String {
+    match value.abs() < MOST_DIGITS {
+        true => format!("{value:.2}"),
+        false => format!("{value:.3e}"),
+    }
+}
+
+/// Numbers from here on are told by their exponent: chosen here, six digits can be read.
+const MOST_DIGITS: f64 = 1e6;
+
+/// Steps in which a span is looked at for what no plan can hold: chosen here, two for each
+/// coefficient of the highest degree that a format has.
+const LOOKS: u32 = 16;
 
 /// Ascending powers of the time since its beginning of a polynomial that is given by its Bernstein
 /// coefficients over a duration (s).
@@ -72,9 +117,32 @@ impl Flown {
         }
     }
 
-    /// [`Flown::through`], of a single place a second of standing there.
-    #[must_use]
-    pub fn through_any(mut points: Vec<(f64, Point3<f64>)>) -> Flown {
+    /// [`Flown::through`] the rows of a table, each with its line; of a single one a second of
+    /// standing there. Rows before which time does not go on, or that no plan can hold, are told
+    /// and left out.
+    pub(crate) fn through_rows(
+        rows: impl IntoIterator<Item = (u64, f64, Point3<f64>)>,
+        faults: &mut RowFaults,
+    ) -> Flown {
+        let mut points: Vec<(f64, Point3<f64>)> = Vec::new();
+        for (line, t_s, at_m) in rows {
+            let step = match points.last() {
+                Some((before_s, _)) if t_s <= *before_s => {
+                    faults.add(
+                        line,
+                        format!("time does not go on: {t_s} s after {before_s} s"),
+                    );
+                    continue;
+                }
+                Some(before) => [*before, (t_s, at_m)],
+                None => [(t_s, at_m), (t_s + 1.0, at_m)],
+            };
+            if let Some(what) = Flown::through(&step).spans.first().and_then(Span::fault) {
+                faults.add(line, what);
+                continue;
+            }
+            points.push((t_s, at_m));
+        }
         if let [(t_s, at_m)] = points[..] {
             points.push((t_s + 1.0, at_m));
         }

@@ -6,18 +6,16 @@
 //! that go on as they were within that are one. Rows of a table that follow a curve at a rate are
 //! cubics through some of them, within [`ROWS_WITHIN_M`] of the straight pieces from row to row.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Point3;
-use planner::plan::TrajectoryEntry;
+use planner::plan::{Origin, TrajectoryEntry};
 use planner::scenario::Intended;
-use serde_json::Value;
+use serde::Deserialize;
 use thiserror::Error;
 
-use crate::export::File;
+use crate::export::{DroneNamed, File};
 use crate::flown::{Flown, Span};
 use crate::frame::HEADING_DEFAULT_DEG;
-use crate::lights::Lights;
+use crate::kept::{Kept, Original};
 use crate::read::{self, ReadError};
 
 /// How far what is judged may be from what a file says (m), chosen here: a fiftieth of the
@@ -43,8 +41,10 @@ const MOST_HALVINGS: usize = 20;
 pub struct Show {
     /// In the order of the files.
     pub drones: Vec<Intended>,
-    /// Light programs, by drone.
-    pub lights: BTreeMap<String, Lights>,
+    /// What an export to Skybrush keeps as it is.
+    pub kept: Kept,
+    /// Where its (0, 0, 0) lies on the Earth, if it says so.
+    pub origin: Option<Origin>,
     /// What was read, and how near to it what is judged is, as sentences.
     pub remarks: Vec<String>,
 }
@@ -98,6 +98,10 @@ impl Kind {
             _ => {}
         }
         let text = text(file)?;
+        if is_log(text) {
+            let what = "a log, which has all drones in it: name it alone, without other tables";
+            return Err(ReadError::line(1, what));
+        }
         let header = text.lines().next().unwrap_or_default();
         let first = header.split(',').next().unwrap_or_default().trim();
         if first.eq_ignore_ascii_case("duration") {
@@ -119,11 +123,13 @@ impl Kind {
     }
 }
 
+/// The text of a table, without a byte order mark.
 fn text(file: &File) -> Result<&str, ReadError> {
-    std::str::from_utf8(&file.bytes).map_err(|error| {
+    let text = std::str::from_utf8(&file.bytes).map_err(|error| {
         let at = error.valid_up_to();
         ReadError::byte(at, "it is no text: not all of it is UTF-8")
-    })
+    })?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
 /// Whether a table is a log of a flight: it names a drone in each row.
@@ -135,70 +141,110 @@ pub fn is_log(text: &str) -> bool {
     columns.any(|it| it.eq_ignore_ascii_case("drone"))
 }
 
-/// What an `export.json` beside the files says of them.
-#[derive(Clone, Debug, Default)]
-struct Beside {
-    /// Of the world's +x (deg).
-    heading_deg: Option<f64>,
-    /// Names and first places (m) by file; the place where setpoints count from it.
-    drones: BTreeMap<String, (String, Option<Point3<f64>>)>,
+/// What an export says of its files: `export.json`, as far as it is needed to read them.
+#[derive(Clone, Debug, Default, Deserialize)]
+struct Exported {
+    #[serde(default)]
+    axes: Option<AxesRead>,
+    drones: Vec<DroneNamed>,
 }
 
-impl Beside {
-    fn of(manifest: &str) -> Beside {
-        let manifest: Value = serde_json::from_str(manifest).unwrap_or_default();
-        let is_own = manifest["axes"]["origin"] == "own";
-        let mut beside = Beside {
-            heading_deg: manifest["axes"]["heading_deg"].as_f64(),
-            ..Beside::default()
+/// The axes of its setpoints.
+#[derive(Clone, Debug, Deserialize)]
+struct AxesRead {
+    heading_deg: f64,
+    origin: String,
+}
+
+/// The file beside a show's own that says what they count from.
+const MANIFEST: &str = "export.json";
+
+impl Exported {
+    fn of(text: &str) -> Result<Exported, ReadError> {
+        serde_json::from_str(text).map_err(|error| {
+            let what = format!("it does not say what the files beside it count from: {error}");
+            ReadError::line(error.line() as u64, what)
+        })
+    }
+
+    /// The drone of a file.
+    fn drone(&self, file: &str) -> Option<&DroneNamed> {
+        let is_of = |it: &&DroneNamed| it.files.iter().any(|name| name == file);
+        self.drones.iter().find(is_of)
+    }
+
+    /// Whether setpoints count from each drone's own start.
+    fn has_own_origins(&self) -> bool {
+        self.axes.as_ref().is_some_and(|it| it.origin == "own")
+    }
+
+    /// What does not go together with the files of its folder: those of their kind that it names
+    /// and that are not there, each an error.
+    fn missing(&self, files: &[File]) -> Vec<ReadError> {
+        let ending = |name: &str| name.rsplit_once('.').map(|it| it.1.to_lowercase());
+        let Some(kind) = files.first().map(|it| ending(&it.name)) else {
+            return Vec::new();
         };
-        for drone in manifest["drones"].as_array().into_iter().flatten() {
-            let Some(name) = drone["name"].as_str() else {
-                continue;
-            };
-            let start_m = [0, 1, 2].map(|axis| drone["start_m"][axis].as_f64());
-            let start_m = match start_m {
-                [Some(x), Some(y), Some(z)] if is_own => Some(Point3::new(x, y, z)),
-                _ => None,
-            };
-            let files = drone["files"].as_array().into_iter().flatten();
-            for file in files.filter_map(|it| it.as_str()) {
-                let of_file = (name.to_owned(), start_m);
-                beside.drones.insert(file.to_owned(), of_file);
-            }
-        }
-        beside
+        let named = self.drones.iter().flat_map(|drone| {
+            let of_kind = drone.files.iter().filter(|it| ending(it) == kind);
+            of_kind.map(|file| (&drone.name, file))
+        });
+        let missing = named.filter(|(_, file)| !files.iter().any(|it| it.name == **file));
+        let told = missing.map(|(drone, file)| {
+            let what = format!("its file {file} is not there");
+            ReadError::within(&format!("drone `{drone}`"), what)
+        });
+        told.collect()
     }
 }
 
+/// Which files a show is read from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// The text of an `export.json` beside them: it says what they count from.
+    pub manifest: Option<&'a str>,
+    /// They are all of their folder, so that those which it names have to be among them.
+    pub is_folder: bool,
+}
+
 /// Reads the files of a show: one `.skyc`, or one table or binary file a drone, named as it.
-/// `manifest` is the text of an `export.json` beside them: it says what they count from.
 ///
 /// # Errors
 ///
 /// All that is wrong, each with its file and place.
-pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, Vec<ShowError>> {
-    let beside = manifest.map(Beside::of).unwrap_or_default();
+pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowError>> {
+    let mut errors: Vec<ShowError> = Vec::new();
+    // A show file counts from its own origin.
+    let is_counted = |it: &File| !it.name.to_lowercase().ends_with(".skyc");
+    let manifest = beside.manifest.filter(|_| files.iter().any(is_counted));
+    let manifest = manifest.map(Exported::of).transpose();
+    let manifest = manifest.unwrap_or_else(|error| {
+        errors.push(ShowError::of(MANIFEST, error));
+        None
+    });
+    if let Some(manifest) = manifest.as_ref().filter(|_| beside.is_folder) {
+        let missing = manifest.missing(files).into_iter();
+        errors.extend(missing.map(|it| ShowError::of(MANIFEST, it)));
+    }
     let mut show = Show::default();
     let mut kinds: Vec<Kind> = Vec::new();
     let mut nearness = Nearness::default();
-    let mut errors: Vec<ShowError> = Vec::new();
+    let mut originals: Vec<Original> = Vec::new();
     for file in files {
-        let mut refuse = |error| {
-            let file = file.name.clone();
-            errors.push(ShowError { file, error });
-        };
-        let read = Kind::of(file).and_then(|kind| Ok((kind, read_file(kind, file, &beside)?)));
-        let (kind, performers) = match read {
+        let read = Kind::of(file).map_err(|error| vec![error]);
+        let read = read.and_then(|kind| Ok((kind, read_file(kind, file, manifest.as_ref())?)));
+        let (kind, (performers, original)) = match read {
             Ok(read) => read,
-            Err(error) => {
-                refuse(error);
+            Err(wrong) => {
+                let wrong = wrong.into_iter();
+                errors.extend(wrong.map(|error| ShowError::of(&file.name, error)));
                 continue;
             }
         };
         if !kinds.contains(&kind) {
             kinds.push(kind);
         }
+        originals.extend(original);
         for performer in performers {
             let read::skyc::Performer {
                 name,
@@ -207,11 +253,14 @@ pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, Vec<Sho
             } = performer;
             if show.drones.iter().any(|it| it.name == name) {
                 let what = format!("a second drone `{name}`");
-                refuse(ReadError::within("the show", what));
+                errors.push(ShowError::of(
+                    &file.name,
+                    ReadError::within("the show", what),
+                ));
                 continue;
             }
             if let Some(lights) = lights {
-                show.lights.insert(name.clone(), lights);
+                show.kept.lights.insert(name.clone(), lights);
             }
             let trajectory = trajectory(&flown, &mut nearness);
             show.drones.push(Intended { name, trajectory });
@@ -223,43 +272,115 @@ pub fn read_show(files: &[File], manifest: Option<&str>) -> Result<Show, Vec<Sho
     let kinds: Vec<&str> = kinds.into_iter().map(Kind::as_str).collect();
     show.remarks
         .push(format!("read as {}", kinds.join(" and ")));
-    if !show.lights.is_empty() {
-        let (lit, all) = (show.lights.len(), show.drones.len());
-        let what = format!("light programs of {lit} of {all} drones are kept, not judged");
-        show.remarks.push(what);
-    }
+    show.keep(originals);
     show.remarks.extend(nearness.told());
     Ok(show)
 }
 
-/// The drones of one file.
+impl ShowError {
+    fn of(file: &str, error: ReadError) -> ShowError {
+        let file = file.to_owned();
+        ShowError { file, error }
+    }
+}
+
+impl Show {
+    /// Keeps what a show file says beside its trajectories, and says what that is.
+    fn keep(&mut self, originals: Vec<Original>) {
+        let several = originals.len();
+        if let Ok([original]) = <[Original; 1]>::try_from(originals) {
+            match original.origin() {
+                Ok(origin) => self.origin = origin,
+                Err(what) => {
+                    let what = format!("where the show lies is kept and not understood: {what}");
+                    self.remarks.push(what);
+                }
+            }
+            self.kept.original = Some(original);
+        } else if several > 1 {
+            let what =
+                format!("of {several} shows light programs alone are kept beside trajectories");
+            self.remarks.push(what);
+        }
+        let (lit, all) = (self.kept.lights.len(), self.drones.len());
+        let of_drones = format!("light programs of {lit} of {all} drones");
+        let told = self.kept.told().into_iter();
+        let told = told.map(|it| {
+            if it == "light programs" {
+                of_drones.clone()
+            } else {
+                it
+            }
+        });
+        let told: Vec<String> = told.collect();
+        if !told.is_empty() {
+            let told = told.join(", ");
+            self.remarks.push(format!(
+                "{told} are kept, not judged: an export of the show itself to Skybrush has them, a plan has not"
+            ));
+        }
+    }
+}
+
+/// The drones of one file, and the file itself if it is kept.
 fn read_file(
     kind: Kind,
     file: &File,
-    beside: &Beside,
-) -> Result<Vec<read::skyc::Performer>, ReadError> {
-    let known = beside.drones.get(&file.name);
+    manifest: Option<&Exported>,
+) -> Result<(Vec<read::skyc::Performer>, Option<Original>), Vec<ReadError>> {
+    if kind == Kind::Skyc {
+        let read::skyc::Skyc { performers, index } = read::skyc::read(&file.bytes)?;
+        let original = Original {
+            bytes: (&file.bytes[..]).into(),
+            index,
+            drones: performers.iter().map(|it| it.name.clone()).collect(),
+        };
+        return Ok((performers, Some(original)));
+    }
+    let known = manifest.and_then(|it| it.drone(&file.name));
+    let flown = flown(kind, file, manifest, known).map_err(|error| vec![error])?;
+    let stem = file.name.rsplit_once('.').map_or(&file.name[..], |it| it.0);
+    let performer = read::skyc::Performer {
+        name: known.map_or(stem, |it| &it.name).to_owned(),
+        flown,
+        lights: None,
+    };
+    Ok((vec![performer], None))
+}
+
+/// What the drone of one file flies.
+fn flown(
+    kind: Kind,
+    file: &File,
+    manifest: Option<&Exported>,
+    known: Option<&DroneNamed>,
+) -> Result<Flown, ReadError> {
     let flown = match kind {
-        Kind::Skyc => return read::skyc::read(&file.bytes),
+        // Read with its drones.
+        Kind::Skyc => Flown::default(),
         Kind::Skyb => read::skyb::read(&file.bytes)?.0,
         Kind::Compressed => read::compressed::read(&file.bytes, 0.001)?,
         Kind::UavTrajectory => read::uav_trajectory::read(text(file)?)?,
         Kind::SkybrushCsv => read::skybrush_csv::read(text(file)?)?,
         Kind::Setpoints => {
-            let heading_deg = beside.heading_deg.unwrap_or(HEADING_DEFAULT_DEG);
-            let from_m = known.and_then(|it| it.1).unwrap_or(Point3::origin());
+            let axes = manifest.and_then(|it| it.axes.as_ref());
+            let heading_deg = axes.map_or(HEADING_DEFAULT_DEG, |it| it.heading_deg);
+            let is_own = manifest.is_some_and(Exported::has_own_origins);
+            let from_m = match (is_own, known) {
+                (false, _) => Point3::origin(),
+                (true, Some(drone)) => drone.start_m,
+                (true, None) => {
+                    let what = "export.json beside it counts each drone from a place of its own, and does not name this file";
+                    return Err(ReadError::within("the file", what));
+                }
+            };
             read::setpoints::read(text(file)?, heading_deg, from_m)?
         }
     };
-    if flown.spans.is_empty() {
-        return Err(ReadError::within("the file", "no trajectory in it"));
+    match flown.spans.is_empty() {
+        true => Err(ReadError::within("the file", "no trajectory in it")),
+        false => Ok(flown),
     }
-    let stem = file.name.rsplit_once('.').map_or(&file.name[..], |it| it.0);
-    Ok(vec![read::skyc::Performer {
-        name: known.map_or_else(|| stem.to_owned(), |it| it.0.clone()),
-        flown,
-        lights: None,
-    }])
 }
 
 /// How near what is judged is to what the files say.

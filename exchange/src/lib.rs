@@ -7,7 +7,8 @@
 //!
 //! In reading order: [`frame`]: which axes a file has; [`course`]: a plan's motions as cubic Bézier
 //! pieces, which the writers take; [`mod@write`]: one file a format; [`flown`]: what readers give,
-//! polynomials in time; [`read`]: one file a format; [`deviation`]: both, compared; [`untimed`]:
+//! polynomials in time; [`kept`]: what a show says
+//! beside them; [`read`]: one file a format; [`deviation`]: both, compared; [`untimed`]:
 //! what becomes of a plan whose times a format does not hold.
 //!
 //! World frame: metres, z up; seconds from the plan's beginning.
@@ -18,6 +19,7 @@ pub mod export;
 pub mod flown;
 pub mod frame;
 pub mod import;
+pub mod kept;
 pub mod lights;
 pub mod read;
 pub mod untimed;

@@ -56,6 +56,12 @@ impl ReadError {
         ReadError::Within { place, what }
     }
 
+    /// The first of several.
+    pub(crate) fn first(of: Vec<ReadError>) -> ReadError {
+        let first = of.into_iter().next();
+        first.unwrap_or_else(|| ReadError::within("the file", "not read"))
+    }
+
     pub(crate) fn byte(at: usize, what: impl Into<String>) -> ReadError {
         let what = what.into();
         ReadError::Byte { at, what }

@@ -1,7 +1,5 @@
 //! Plans written as other programs fly them.
 
-use std::collections::BTreeMap;
-
 use exchange::frame::{Axes, Georeference};
 use exchange::{ExportError, Options, RATES_HZ, Target};
 use planner::plan::file;
@@ -55,7 +53,7 @@ pub(crate) fn export(
         own_origin,
         compressed_alone,
         untimed_ok,
-        lights: BTreeMap::new(),
+        kept: Default::default(),
     };
     let file = file::read(text).map_err(|error| sentence(py, "PlanError", error))?;
     let made = wait(py, &Stop::default(), move || {

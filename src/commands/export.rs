@@ -122,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if !inapplicable.is_empty() {
         return Err(Failure::Inapplicable(inapplicable));
     }
-    let Sourced { file, lights } = arguments.source.read()?;
+    let Sourced { file, kept } = arguments.source.read()?;
     let examined = examine(&file, false);
     let violations = examined.plan.violations.len() + examined.untold;
     if violations > 0 {
@@ -135,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     }
     let options = Options {
         plan_id: arguments.source.id()?,
-        lights,
+        kept,
         georeference: arguments.georeference,
         axes: match arguments.frame {
             None | Some(FrameNames::Ned) => Axes::Ned,

@@ -26,6 +26,9 @@ pub(crate) enum Failure {
         path: PathBuf,
         source: std::io::Error,
     },
+    /// Several that keep a command from answering, a line each.
+    #[error("{}", joined(.0, "; "))]
+    Several(Vec<Failure>),
     #[error("cannot write {}: {source}", path.display())]
     Write {
         path: PathBuf,
@@ -172,6 +175,7 @@ impl Failure {
                     tell_error(&error.to_string(), &[]);
                 }
             }
+            Failure::Several(failures) => failures.iter().for_each(Failure::print),
             Failure::Journal { path, faults } => {
                 for fault in faults {
                     tell_error(&format!("{}: {fault}", path.display()), &[]);

@@ -23,13 +23,17 @@ pub(crate) fn text(path: &Path, most: u64) -> io::Result<String> {
     text_of(fs::File::open(path)?, most)
 }
 
-/// A text of at most so many bytes.
+/// A text of at most so many bytes, without a byte order mark.
 pub(crate) fn text_of(from: impl io::Read, most: u64) -> io::Result<String> {
     let bytes = bytes_of(from, most)?;
-    String::from_utf8(bytes).map_err(|_| {
+    let text = String::from_utf8(bytes).map_err(|_| {
         let what = "it is no text: not all of it is UTF-8";
         io::Error::new(io::ErrorKind::InvalidData, what)
-    })
+    })?;
+    match text.strip_prefix('\u{feff}') {
+        Some(text) => Ok(text.to_owned()),
+        None => Ok(text),
+    }
 }
 
 /// The bytes of a file, if they are not more than so many.

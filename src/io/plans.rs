@@ -1,15 +1,17 @@
 //! Plans from files: plan.json; logs, shows and setpoints, with their airframes.
 
-use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use exchange::import::{self, Show, ShowError};
-use exchange::lights::Lights;
+use exchange::import::{self, Beside, Show, ShowError};
+use exchange::kept::Kept;
 use planner::Files;
 use planner::plan::file::{self, PlanFile};
 use planner::scenario::{
-    FlownError, IntendedError, Problems, intended_as_plan, read_samples, samples_as_plan,
+    DroneFault, FlownError, IntendedError, Problems, intended_as_plan, read_samples,
+    samples_as_plan,
 };
 use sha2::{Digest as _, Sha256};
 use validation::hover_grid::set::NoSuchAirframe;
@@ -18,9 +20,10 @@ use super::failure::Failure;
 use super::files::{self, MOST_SCENARIO_BYTES};
 use super::problems;
 
-/// Files of a show of which it is told what is wrong with them; the others are counted. Chosen
-/// here, what one reads.
-const MOST_FILES_TOLD: usize = 20;
+/// What is told to be wrong with a show; the rest is counted. Chosen here, what one reads.
+const MOST_TOLD: usize = 20;
+/// What an export says of the files beside it.
+const MANIFEST: &str = "export.json";
 
 /// What a command is asked about: a plan, or what can be judged as one.
 #[derive(Args)]
@@ -41,8 +44,8 @@ pub(crate) struct Source {
 /// A plan as it was read.
 pub(crate) struct Sourced {
     pub(crate) file: PlanFile,
-    /// Light programs of a show, by drone.
-    pub(crate) lights: BTreeMap<String, Lights>,
+    /// What a show says beside its trajectories.
+    pub(crate) kept: Kept,
 }
 
 impl Source {
@@ -59,7 +62,7 @@ impl Source {
     /// `sha256sum` prints it.
     pub(crate) fn id(&self) -> Result<String, Failure> {
         let mut hasher = Sha256::new();
-        for path in self.files()?.0 {
+        for path in self.files()? {
             let from = std::fs::File::open(&path).map_err(Failure::read(&path))?;
             let bytes = files::bytes_of(from, files::MOST_BYTES).map_err(Failure::read(&path))?;
             hasher.update(&bytes);
@@ -90,69 +93,84 @@ impl Source {
     /// # Errors
     /// What keeps the files from being one, at its place.
     pub(crate) fn read(&self) -> Result<Sourced, Failure> {
-        let path = self.path();
-        let is = |ending: &str| {
-            let own = path.extension();
-            own.is_some_and(|it| it.eq_ignore_ascii_case(ending))
-        };
         let fleet = match (&self.airframe, &self.airframes) {
             (Some(name), _) => Some(Fleet::of_one(name)?),
             (None, Some(path)) => Some(Fleet::read(path)?),
             (None, None) => None,
         };
-        if self.paths.len() == 1 && !path.is_dir() {
-            let is_table = is("csv");
+        let paths = self.files()?;
+        if let [path] = &paths[..] {
+            let is = |ending: &str| {
+                let own = path.extension();
+                own.is_some_and(|it| it.eq_ignore_ascii_case(ending))
+            };
             let text = || files::text(path, files::MOST_BYTES).map_err(Failure::read(path));
-            if is_table && import::is_log(&text()?) {
-                return log(
-                    path,
-                    &text()?,
-                    &fleet.ok_or_else(|| no_airframe(path, "a log"))?,
-                );
+            if is("csv") && text().is_ok_and(|it| import::is_log(&it)) {
+                let fleet = fleet.ok_or_else(|| no_airframe(path, "a log"))?;
+                return log(path, &text()?, &fleet);
             }
-            if !is_table && !["skyc", "skyb", "cfpoly"].iter().any(|it| is(it)) {
+            if !["csv", "skyc", "skyb", "cfpoly"].iter().any(|it| is(it)) {
                 if let Some(fleet) = fleet {
                     return log(path, &text()?, &fleet);
                 }
                 let file = file::read(&text()?).map_err(|it| not_a_plan(path, it.to_string()))?;
-                return Ok(Sourced {
-                    file,
-                    lights: BTreeMap::new(),
-                });
+                let kept = Kept::default();
+                return Ok(Sourced { file, kept });
             }
         }
-        self.show(fleet)
+        self.show(&paths, fleet)
     }
 
-    fn show(&self, fleet: Option<Fleet>) -> Result<Sourced, Failure> {
+    fn show(&self, paths: &[PathBuf], fleet: Option<Fleet>) -> Result<Sourced, Failure> {
         let path = self.path();
-        let (paths, manifest) = self.files()?;
-        let read = |path: &PathBuf| -> Result<exchange::File, Failure> {
-            let from = std::fs::File::open(path).map_err(Failure::read(path))?;
-            let bytes = files::bytes_of(from, files::MOST_BYTES).map_err(Failure::read(path))?;
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            Ok(exchange::File {
-                name: name.into_owned(),
-                bytes,
-            })
+        let mut unread = Vec::new();
+        let mut files = Vec::with_capacity(paths.len());
+        for path in paths {
+            let bytes = std::fs::File::open(path);
+            match bytes.and_then(|it| files::bytes_of(it, files::MOST_BYTES)) {
+                Ok(bytes) => {
+                    let name = path.file_name().unwrap_or_default().to_string_lossy();
+                    let name = name.into_owned();
+                    files.push(exchange::File { name, bytes });
+                }
+                Err(error) => unread.push(Failure::read(path)(error)),
+            }
+        }
+        let manifest = self.folder().join(MANIFEST);
+        let manifest = match files::text(&manifest, files::MOST_BYTES) {
+            Ok(text) => Some(text),
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            Err(error) => {
+                unread.push(Failure::read(&manifest)(error));
+                None
+            }
         };
-        let files: Result<Vec<exchange::File>, Failure> = paths.iter().map(read).collect();
-        let show = import::read_show(&files?, manifest.as_deref()).map_err(|errors| {
+        if !unread.is_empty() {
+            return Err(Failure::Several(unread));
+        }
+        let beside = Beside {
+            manifest: manifest.as_deref(),
+            is_folder: path.is_dir(),
+        };
+        let show = import::read_show(&files, beside).map_err(|errors| {
             if let [ShowError { file, error }] = &errors[..] {
                 let named = |it: &&PathBuf| it.file_name().is_some_and(|it| *it == **file);
-                let path = paths.iter().find(named).map_or(path, PathBuf::as_path);
-                return not_a_plan(path, error.to_string());
+                let path = match &file[..] {
+                    MANIFEST => self.folder().join(MANIFEST),
+                    _ => paths
+                        .iter()
+                        .find(named)
+                        .map_or(path, PathBuf::as_path)
+                        .to_owned(),
+                };
+                return not_a_plan(&path, error.to_string());
             }
-            let told = errors.iter().take(MOST_FILES_TOLD);
-            let mut told: Vec<String> = told.map(ShowError::to_string).collect();
-            if errors.len() > MOST_FILES_TOLD {
-                told.push(format!("and {} more", errors.len() - MOST_FILES_TOLD));
-            }
-            not_a_plan(path, told.join("\n  "))
+            not_a_plan(path, listed(&errors))
         })?;
         let Show {
             drones,
-            lights,
+            kept,
+            origin,
             remarks,
         } = show;
         let fleet = fleet.ok_or_else(|| no_airframe(path, "a show"))?;
@@ -165,21 +183,36 @@ impl Source {
         });
         let mut file = plan.map_err(|error| match error {
             IntendedError::Fleet(found) => fleet.drawn(&found),
-            below @ IntendedError::BelowFloor { .. } => {
-                let help = "z_m counts up and d_m down: columns of the other kind have to be named \
-                            so (x_m,y_m,z_m or n_m,e_m,d_m); a deeper floor is said by bounds_m \
-                            (--airframes)";
-                not_a_plan(path, format!("{below}; {help}"))
+            IntendedError::Drones(faults) => {
+                let is_below = |it: &DroneFault| matches!(it, DroneFault::BelowFloor { .. });
+                let help = match faults.iter().any(is_below) {
+                    true => {
+                        "; z_m counts up and d_m down: columns of the other kind have to be named \
+                         so (x_m,y_m,z_m or n_m,e_m,d_m); a deeper floor is said by bounds_m \
+                         (--airframes)"
+                    }
+                    false => "",
+                };
+                not_a_plan(path, listed(&faults) + help)
             }
             other => not_a_plan(path, other.to_string()),
         })?;
         file.remarks.splice(0..0, remarks);
-        Ok(Sourced { file, lights })
+        file.plan.origin = file.plan.origin.or(origin);
+        Ok(Sourced { file, kept })
     }
 
-    /// The files of a show, and the text of an `export.json` beside them. Of a folder those of one
-    /// kind, in the order of their names.
-    fn files(&self) -> Result<(Vec<PathBuf>, Option<String>), Failure> {
+    /// Where its files are.
+    fn folder(&self) -> &Path {
+        let path = self.path();
+        match path.is_dir() {
+            true => path,
+            false => path.parent().unwrap_or(Path::new("")),
+        }
+    }
+
+    /// The files. Of a folder those of one kind, in the order of their names.
+    fn files(&self) -> Result<Vec<PathBuf>, Failure> {
         let path = self.path();
         if let Some(folder) = self.paths.iter().find(|it| it.is_dir())
             && self.paths.len() > 1
@@ -187,13 +220,8 @@ impl Source {
             let why = "a folder is read by itself: name it alone, or the files";
             return Err(not_a_plan(folder, why.to_owned()));
         }
-        let folder = match path.is_dir() {
-            true => path,
-            false => path.parent().unwrap_or(Path::new("")),
-        };
-        let manifest = files::text(&folder.join("export.json"), files::MOST_BYTES).ok();
         if !path.is_dir() {
-            return Ok((self.paths.clone(), manifest));
+            return Ok(self.paths.clone());
         }
         let entries = std::fs::read_dir(path).map_err(Failure::read(path))?;
         let mut all: Vec<PathBuf> = entries.flatten().map(|it| it.path()).collect();
@@ -205,7 +233,7 @@ impl Source {
             };
             let of_kind: Vec<PathBuf> = all.iter().filter(is).cloned().collect();
             if !of_kind.is_empty() {
-                return Ok((of_kind, manifest));
+                return Ok(of_kind);
             }
         }
         let why = "a folder without .skyc, .csv, .skyb or .cfpoly files";
@@ -218,6 +246,16 @@ fn stem(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
+}
+
+/// What is wrong, a line each, as much of it as one reads.
+fn listed(faults: &[impl Display]) -> String {
+    let told = faults.iter().take(MOST_TOLD);
+    let mut told: Vec<String> = told.map(ToString::to_string).collect();
+    if faults.len() > MOST_TOLD {
+        told.push(format!("and {} more", faults.len() - MOST_TOLD));
+    }
+    told.join("\n  ")
 }
 
 fn not_a_plan(path: &Path, reason: String) -> Failure {
@@ -242,10 +280,8 @@ fn log(path: &Path, text: &str, fleet: &Fleet) -> Result<Sourced, Failure> {
         FlownError::Fleet(found) => fleet.drawn(&found),
         other => not_a_plan(path, other.to_string()),
     })?;
-    Ok(Sourced {
-        file,
-        lights: BTreeMap::new(),
-    })
+    let kept = Kept::default();
+    Ok(Sourced { file, kept })
 }
 
 /// Which airframes fly, as a text, and where it is from.

@@ -549,7 +549,7 @@ fn shows() -> Vec<Vec<u8>> {
         own_origin: false,
         compressed_alone: false,
         untimed_ok: false,
-        lights: BTreeMap::new(),
+        kept: Default::default(),
     };
     let of = |to: Target, ending: &str, letter: u8| {
         let made = export(&plan, to, &options).unwrap();
@@ -601,7 +601,7 @@ fn shows_of_any_bytes_are_judged_or_refused() {
                 name: name.to_owned(),
                 bytes,
             };
-            let Ok(show) = exchange::read_show(&[file], None) else {
+            let Ok(show) = exchange::read_show(&[file], Default::default()) else {
                 return;
             };
             let load = |_: &str| Err("no files".to_owned());

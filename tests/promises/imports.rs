@@ -45,7 +45,7 @@ fn exported(folder: &Path, file: &PlanFile, to: Target, own_origin: bool) {
         own_origin,
         compressed_alone: false,
         untimed_ok: false,
-        lights: Default::default(),
+        kept: Default::default(),
     };
     let made = export(&file.plan, to, &options).expect("it fits");
     fs::create_dir_all(folder.join("o")).unwrap();
@@ -271,6 +271,220 @@ fn light_programs_are_kept_when_a_show_is_exported_again() {
         told.contains("light programs: Skybrush's formats alone"),
         "{told}"
     );
+}
+
+/// A JSON file of a zip.
+fn json_in(zip: &[u8], name: &str) -> Value {
+    let mut zip = zip::ZipArchive::new(Cursor::new(zip)).unwrap();
+    let mut text = String::new();
+    let mut file = zip.by_name(name).unwrap();
+    file.read_to_string(&mut text).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn what_a_show_says_beside_its_trajectories_is_kept_or_told_to_be_lost() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let points = json!([[0, [0, 0, 2], []], [4, [3, 0, 2], []]]);
+    let pyro = json!({"version": 1, "events": [[2.0, 1, "flare"]], "payloads": {}});
+    let yaw = json!({"version": 1, "setpoints": [[0, 0], [5, 180]]});
+    let settings = json!({
+        "name": "a", "home": [0, 0, 0], "trajectory": {"$ref": "./t/1.json#"},
+        "pyro": {"$ref": "./fire.json#"}, "yawControl": yaw,
+    });
+    let cues = json!({"version": 1, "items": [{"time": 1.5, "name": "go"}]});
+    let place = json!({
+        "type": "outdoor",
+        "location": {"origin": [474_000_000, 85_500_000, 488_000], "orientation": "30"},
+    });
+    let index = json!({
+        "version": 1, "environment": place,
+        "settings": {"cues": cues, "validation": {"minDistance": 3}},
+        "media": {"audio": {"url": "./song.mp3"}}, "meta": {"title": "Harbour (final)"},
+        "swarm": {"drones": [{"type": "heavy", "settings": settings}]},
+    });
+    let show = zip(&[
+        ("show.json", index.clone()),
+        (
+            "t/1.json",
+            json!({"version": 1, "takeoffTime": 1.5, "points": points}),
+        ),
+        ("fire.json", pyro.clone()),
+        ("song.mp3", json!("la")),
+    ]);
+    fs::write(folder.join("show.skyc"), show).unwrap();
+    let (code, told, errors) = run(
+        folder,
+        "check show.skyc --airframe crazyflie-2.1 --out checked",
+    );
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let kept = "pyro, yaw, cues, media are kept, not judged";
+    assert!(told.contains(kept), "{told}");
+    // Once more, from what was written: nothing is added and nothing is lost.
+    for (from, to) in [("show.skyc", "o"), ("o/show.skyc", "p")] {
+        let line = format!("export {from} --airframe crazyflie-2.1 --to skybrush --out {to}");
+        let (code, told, errors) = run(folder, &line);
+        assert_eq!(code, Some(0), "{told}{errors}");
+        assert!(told.contains("pyro, yaw: the .skyc has them"), "{told}");
+        assert!(!told.contains("indoor"), "{told}");
+        let written = fs::read(folder.join(to).join("show.skyc")).unwrap();
+        let now = json_in(&written, "show.json");
+        for key in ["environment", "settings", "media"] {
+            assert_eq!(now[key], index[key], "{key}");
+        }
+        let title = now["meta"]["title"].as_str().unwrap();
+        assert!(title.starts_with("Harbour (final) (plan "), "{title}");
+        assert_eq!(title.matches("(plan ").count(), 1, "{title}");
+        let drone = &now["swarm"]["drones"][0];
+        assert_eq!(drone["type"], "heavy");
+        assert_eq!(drone["settings"]["yawControl"], yaw);
+        assert_eq!(drone["settings"]["pyro"]["$ref"], "./fire.json#");
+        assert_eq!(json_in(&written, "fire.json"), pyro);
+        assert_eq!(json_in(&written, "song.mp3"), json!("la"));
+        let mut files = zip::ZipArchive::new(Cursor::new(&written[..])).unwrap();
+        assert!(files.by_name("t/1.json").is_err(), "it is no longer used");
+    }
+    let (code, told, _) = run(
+        folder,
+        "export show.skyc --airframe crazyflie-2.1 --to setpoints --out q --format json",
+    );
+    assert_eq!(code, Some(0));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["axes"]["heading_deg"], 30.0);
+    let lost = "pyro, yaw, cues, media: Skybrush's formats alone hold them";
+    assert!(told["lost"].to_string().contains(lost), "{told}");
+    // A plan of the show keeps where it lies.
+    let checked: Value =
+        serde_json::from_slice(&fs::read(folder.join("checked/checked.json")).unwrap()).unwrap();
+    assert_eq!(checked["origin"]["latitude_deg"], 47.4);
+    let line =
+        "export show.skyc --airframe crazyflie-2.1 --to skybrush --georeference 1,2,3,4 --out r";
+    assert_eq!(run(folder, line).0, Some(0));
+    let moved = json_in(&fs::read(folder.join("r/show.skyc")).unwrap(), "show.json");
+    let location = &moved["environment"]["location"];
+    assert_eq!(location["origin"], json!([10_000_000, 20_000_000, 3000]));
+}
+
+#[test]
+fn all_that_is_wrong_with_a_show_is_told_at_once_each_at_its_place() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let put = |name: &str, bytes: &[u8]| {
+        fs::create_dir_all(folder.join(name).parent().unwrap()).unwrap();
+        fs::write(folder.join(name), bytes).unwrap();
+    };
+    let drone = |trajectory: Value| json!({"settings": {"trajectory": trajectory}});
+    let points = |points: Value| drone(json!({"version": 1, "points": points}));
+    let drones = json!([
+        points(json!([
+            [0, [0, 0, 1], []],
+            [0, [1, 0, 1], []],
+            [1, [1e300, 0, 1], []],
+            [2, [1, 0, 1], [[], []]]
+        ])),
+        points(json!([
+            [0, [0, 0, 1], []],
+            [0, [1, 0, 1], []],
+            [0.001, [100, 0, 1], []]
+        ])),
+        drone(json!({"$ref": "./gone.json#"})),
+        drone(json!({"version": 7, "points": []})),
+        points(json!([[0, [0, 0, 1], []], [3, [0, "one", 1], []]])),
+        json!({"settings": {"lights": {"version": 3}, "trajectory": {"version": 1, "points": []}}}),
+    ]);
+    let index = json!({"version": 1, "swarm": {"drones": drones}});
+    put("bad.skyc", &zip(&[("show.json", index)]));
+    put(
+        "big.csv",
+        b"t_s,x_m,y_m,z_m\n0,0,0,1\n10,1e300,0,1\n20,0,0,1\n20.001,9,0,1\n",
+    );
+    put("once.csv", b"Time_msec,X_m,Y_m,Z_m\n0,1,2,-1e9\n");
+    put("low.csv", b"t_s,x_m,y_m,z_m\n0,1,2,0\n2,1,2,-3\n");
+    put("lower.csv", b"t_s,x_m,y_m,z_m\n0,3,2,0\n2,3,2,-4\n");
+    let log = b"t_s,drone,x_m,y_m,z_m\n0,a,1,1,1\n1,a,1,2,1\n";
+    put("logs/one.csv", log);
+    put("logs2/one.csv", log);
+    put("logs2/two.csv", log);
+    let setpoints = b"\xef\xbb\xbft_s,x_m,y_m,z_m\n0,1,2,1\n2,1,2,1.5\n";
+    put("marked/a.csv", setpoints);
+    put("broken/a.csv", setpoints);
+    put("broken/export.json", b"{\"drones\": 7}");
+    put("short/a.csv", setpoints);
+    let named =
+        |name: &str, file: &str| json!({"name": name, "start_m": [1, 1, 1], "files": [file]});
+    let export = |origin: &str| {
+        let axes = json!({"frame": "enu", "heading_deg": 90, "origin": origin, "rate_hz": 20});
+        let drones = [named("k1", "a.csv"), named("k2", "b.csv")];
+        json!({"format": "export/1", "axes": axes, "drones": drones}).to_string()
+    };
+    put("short/export.json", export("common").as_bytes());
+    put("own/export.json", export("own").as_bytes());
+    put("own/a.csv", setpoints);
+    put("own/b.csv", setpoints);
+    put("own/c.csv", setpoints);
+    for (what, said) in [
+        (
+            "bad.skyc",
+            &[
+                "swarm.drones[0].settings.trajectory: points[3]",
+                "swarm.drones[1].settings.trajectory: points[1]: time does not go on",
+                "swarm.drones[1].settings.trajectory: points[2]: is flown at 100000.00 m/s, not within 0 to 1000",
+                "gone.json: ",
+                "swarm.drones[3].settings.trajectory: version 7",
+                "swarm.drones[4].settings.trajectory: points[1]",
+                "swarm.drones[5].settings.lights: lights of version 3",
+                "swarm.drones[5].settings.trajectory: no points",
+            ][..],
+        ),
+        (
+            "big.csv once.csv",
+            &[
+                "big.csv: line 3: reaches 1.000e300 m, not within -10000000 to 10000000",
+                "line 5: is flown at 9000.00 m/s",
+                "once.csv: line 2: reaches -1.000e9 m",
+            ],
+        ),
+        (
+            "low.csv lower.csv",
+            &["`low` is at z = -3.00 m", "`lower` is at z = -4.00 m"],
+        ),
+        (
+            "gone.csv low.csv away.csv",
+            &["read gone.csv", "read away.csv"],
+        ),
+        (
+            "logs2",
+            &[
+                "one.csv: line 1: a log, which has all drones in it",
+                "two.csv: line 1",
+            ],
+        ),
+        (
+            "broken",
+            &["broken/export.json: not a plan: line 1: it does not say what the files"],
+        ),
+        ("broken/a.csv", &["broken/export.json: not a plan"]),
+        (
+            "short",
+            &["short/export.json: not a plan: drone `k2`: its file b.csv is not there"],
+        ),
+        (
+            "own",
+            &["c.csv: not a plan: the file: export.json beside it counts each drone"],
+        ),
+    ] {
+        let (code, told, errors) = run(folder, &format!("check {what} --airframe kolibri"));
+        assert_eq!(code, Some(2), "{what}: {told}{errors}");
+        let one_line = errors.split_whitespace().collect::<Vec<_>>().join(" ");
+        for said in said {
+            assert!(one_line.contains(said), "{what}: {said}\n{one_line}");
+        }
+    }
+    for what in ["logs", "marked", "short/a.csv", "own/a.csv own/b.csv"] {
+        let (code, told, errors) = run(folder, &format!("check {what} --airframe kolibri"));
+        assert!(matches!(code, Some(0 | 1)), "{what}: {told}{errors}");
+    }
 }
 
 #[test]

@@ -36,18 +36,10 @@ pub fn read(text: &str, heading_deg: f64, from_m: Point3<f64>) -> Result<Flown, 
     };
     let header = text.lines().next().unwrap_or_default();
     let Table { rows, mut faults } = table(text, header.split(',').count())?;
-    let mut points: Vec<(f64, Point3<f64>)> = Vec::with_capacity(rows.len());
-    for (line, row) in rows {
-        if points
-            .last()
-            .is_some_and(|(before_s, _)| row[0] <= *before_s)
-        {
-            faults.add(line, format!("time does not go on: t_s is {}", row[0]));
-            continue;
-        }
+    let rows = rows.into_iter().map(|(line, row)| {
         let seen_m = Vector3::new(row[1], row[2], row[3]);
-        points.push((row[0], from_m + frame.to_world(seen_m)));
-    }
-    faults.or(())?;
-    Ok(Flown::through_any(points))
+        (line, row[0], from_m + frame.to_world(seen_m))
+    });
+    let flown = Flown::through_rows(rows, &mut faults);
+    Ok(faults.or(flown)?)
 }

@@ -26,16 +26,11 @@ pub fn read(text: &str) -> Result<Flown, ReadError> {
         let what = format!("{columns} columns; Time_msec,X_m,Y_m,Z_m are needed");
         return Err(ReadError::line(1, what));
     }
-    let mut points: Vec<(f64, Point3<f64>)> = Vec::new();
     let Table { rows, mut faults } = table(text, columns)?;
-    for (line, row) in rows {
-        let t_s = row[0] / 1000.0;
-        if points.last().is_some_and(|(before_s, _)| t_s <= *before_s) {
-            faults.add(line, format!("time does not go on: {} ms", row[0]));
-            continue;
-        }
-        points.push((t_s, Point3::new(row[1], row[2], row[3])));
-    }
-    faults.or(())?;
-    Ok(Flown::through_any(points))
+    let rows = rows.into_iter().map(|(line, row)| {
+        let at_m = Point3::new(row[1], row[2], row[3]);
+        (line, row[0] / 1000.0, at_m)
+    });
+    let flown = Flown::through_rows(rows, &mut faults);
+    Ok(faults.or(flown)?)
 }

@@ -48,13 +48,43 @@ struct Trajectory {
     points: Vec<(f64, [f64; 3], Vec<[f64; 3]>)>,
 }
 
-/// The drones of a show, in its order.
+/// A show, as its file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skyc {
+    /// In its order.
+    pub performers: Vec<Performer>,
+    /// Its `show.json`.
+    pub index: Value,
+}
+
+/// The drones of a show.
 ///
 /// # Errors
 ///
-/// The first thing that is wrong: no zip, a file that is missing, another version, a drone's
-/// points.
-pub fn read(bytes: &[u8]) -> Result<Vec<Performer>, ReadError> {
+/// No zip, no show in it, or another version; else all that is wrong with its drones: files that
+/// are missing, points.
+pub fn read(bytes: &[u8]) -> Result<Skyc, Vec<ReadError>> {
+    let (mut zip, index) = opened(bytes).map_err(|error| vec![error])?;
+    let drones = index["swarm"]["drones"].as_array();
+    let drones = drones.map_or(&[][..], Vec::as_slice);
+    let mut performers = Vec::with_capacity(drones.len());
+    let mut errors = Vec::new();
+    for (k, drone) in drones.iter().enumerate() {
+        match performer(&mut zip, k, drone.clone()) {
+            Ok(performer) => performers.push(performer),
+            Err(wrong) => errors.extend(wrong),
+        }
+    }
+    match errors.is_empty() {
+        true => Ok(Skyc { performers, index }),
+        false => Err(errors),
+    }
+}
+
+type Zip<'b> = ZipArchive<Cursor<&'b [u8]>>;
+
+/// The zip and its `show.json`.
+fn opened(bytes: &[u8]) -> Result<(Zip<'_>, Value), ReadError> {
     let mut zip = ZipArchive::new(Cursor::new(bytes))
         .map_err(|error| ReadError::within("the file", format!("no zip: {error}")))?;
     let show = json(&mut zip, "show.json")?;
@@ -62,43 +92,66 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Performer>, ReadError> {
         let what = format!("version {}, this program reads 1", show["version"]);
         return Err(ReadError::within("show.json", what));
     }
-    let Some(drones) = show["swarm"]["drones"].as_array() else {
-        return Err(ReadError::within("show.json", "no swarm.drones"));
-    };
-    let mut performers = Vec::with_capacity(drones.len());
-    for (k, drone) in drones.iter().enumerate() {
-        let mut drone = drone.clone();
-        let mut place = |key: &str| -> Result<String, ReadError> {
-            let Some(value) = drone.get_mut("settings").and_then(|it| it.get_mut(key)) else {
-                return Ok(format!("show.json, swarm.drones[{k}].settings"));
-            };
-            let Some(referred) = value["$ref"].as_str() else {
-                return Ok(format!("show.json, swarm.drones[{k}].settings.{key}"));
-            };
-            let name = referred.split('#').next().unwrap_or_default();
-            let name = name.trim_start_matches("./").to_owned();
-            *value = json(&mut zip, &name)?;
-            Ok(name)
-        };
-        let (within, lit_within) = (place("trajectory")?, place("lights")?);
-        let entry: Entry = serde_json::from_value(drone)
-            .map_err(|error| ReadError::within(&within, error.to_string()))?;
-        let Settings {
-            name,
-            trajectory,
-            lights,
-        } = entry.settings;
-        let lights = lights
-            .filter(|it| !it.is_null())
-            .map(Lights::of)
-            .transpose();
-        performers.push(Performer {
-            name: name.unwrap_or_else(|| format!("drone-{}", k + 1)),
-            flown: flown(&trajectory).map_err(|what| ReadError::within(&within, what))?,
-            lights: lights.map_err(|what| ReadError::within(&lit_within, what))?,
-        });
+    match show["swarm"]["drones"].is_array() {
+        true => Ok((zip, show)),
+        false => Err(ReadError::within("show.json", "no swarm.drones")),
     }
-    Ok(performers)
+}
+
+/// The drone of an entry, the `k`-th.
+fn performer(zip: &mut Zip<'_>, k: usize, mut drone: Value) -> Result<Performer, Vec<ReadError>> {
+    let mut errors = Vec::new();
+    let mut place = |key: &str| -> String {
+        let settings = format!("show.json, swarm.drones[{k}].settings");
+        let Some(value) = drone.get_mut("settings").and_then(|it| it.get_mut(key)) else {
+            return settings;
+        };
+        let Some(referred) = value["$ref"].as_str() else {
+            return format!("{settings}.{key}");
+        };
+        let name = referred.split('#').next().unwrap_or_default();
+        let name = name.trim_start_matches("./").to_owned();
+        match json(zip, &name) {
+            Ok(found) => *value = found,
+            Err(error) => errors.push(error),
+        }
+        name
+    };
+    let (within, lit_within) = (place("trajectory"), place("lights"));
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let entry: Entry = serde_path_to_error::deserialize(drone).map_err(|error| {
+        let at = error.path().to_string();
+        let at = at
+            .trim_start_matches("settings.trajectory")
+            .trim_start_matches('.');
+        let what = match at {
+            "" | "." => error.inner().to_string(),
+            at => format!("{at}: {}", error.inner()),
+        };
+        vec![ReadError::within(&within, what)]
+    })?;
+    let Settings {
+        name,
+        trajectory,
+        lights,
+    } = entry.settings;
+    let (flown, faults) = flown(&trajectory);
+    errors.extend(faults.iter().map(|what| ReadError::within(&within, what)));
+    let lights = lights.filter(|it| !it.is_null()).map(Lights::of);
+    let lights = lights.transpose().unwrap_or_else(|what| {
+        errors.push(ReadError::within(&lit_within, what));
+        None
+    });
+    match errors.is_empty() {
+        true => Ok(Performer {
+            name: name.unwrap_or_else(|| format!("drone-{}", k + 1)),
+            flown,
+            lights,
+        }),
+        false => Err(errors),
+    }
 }
 
 /// A JSON file of the zip.
@@ -115,29 +168,34 @@ fn json(zip: &mut ZipArchive<Cursor<&[u8]>>, name: &str) -> Result<Value, ReadEr
     serde_json::from_slice(&text).map_err(|error| ReadError::within(name, error.to_string()))
 }
 
-fn flown(trajectory: &Trajectory) -> Result<Flown, String> {
+/// What it flies, and what is wrong with its points.
+fn flown(trajectory: &Trajectory) -> (Flown, Vec<String>) {
+    let mut flown = Flown::default();
     if trajectory.version != 1 {
         let version = trajectory.version;
-        return Err(format!("version {version}, this program reads 1"));
+        return (
+            flown,
+            vec![format!("version {version}, this program reads 1")],
+        );
     }
     let Some((first_s, first_m, _)) = trajectory.points.first() else {
-        return Err("no points".to_owned());
+        return (flown, vec!["no points".to_owned()]);
     };
+    let mut faults = Vec::new();
     let mut now = (trajectory.takeoff_s + first_s, *first_m);
     // Until its take-off it stands.
-    let stands = Flown::through(&[(0.0, Point3::from(now.1)), now_at(now)]);
-    let mut flown = Flown::default();
     if now.0 > 0.0 {
-        flown = stands;
+        flown = Flown::through(&[(0.0, Point3::from(now.1)), now_at(now)]);
     }
     for (k, (t_s, end_m, inner)) in trajectory.points.iter().enumerate().skip(1) {
         let until_s = trajectory.takeoff_s + t_s;
-        if until_s <= now.0 {
-            return Err(format!("points[{k}]: time does not go on: {t_s} s"));
-        }
         if inner.len() > 2 {
             let count = inner.len();
-            return Err(format!("points[{k}]: {count} control points, at most 2"));
+            faults.push(format!("points[{k}]: {count} control points, at most 2"));
+        }
+        if until_s <= now.0 {
+            faults.push(format!("points[{k}]: time does not go on: {t_s} s"));
+            continue;
         }
         let axis = |axis: usize| {
             let mut bernstein = vec![now.1[axis]];
@@ -145,18 +203,23 @@ fn flown(trajectory: &Trajectory) -> Result<Flown, String> {
             bernstein.push(end_m[axis]);
             powers(&bernstein, until_s - now.0)
         };
-        flown.spans.push(Span {
+        let span = Span {
             from_s: now.0,
             until_s,
             axes: [0, 1, 2].map(axis),
-        });
+        };
+        if let Some(what) = span.fault() {
+            faults.push(format!("points[{k}]: {what}"));
+            continue;
+        }
+        flown.spans.push(span);
         now = (until_s, *end_m);
     }
     if flown.spans.is_empty() {
         let (t_s, at_m) = now_at(now);
         flown = Flown::through(&[(t_s, at_m), (t_s + 1.0, at_m)]);
     }
-    Ok(flown)
+    (flown, faults)
 }
 
 fn now_at(now: (f64, [f64; 3])) -> (f64, Point3<f64>) {

@@ -22,11 +22,14 @@ pub fn read(text: &str) -> Result<Flown, ReadError> {
             continue;
         }
         let axis = |k: usize| row[1 + 8 * k..][..8].to_vec();
-        flown.spans.push(Span {
+        let span = Span {
             from_s: now_s,
             until_s: now_s + duration_s,
             axes: [axis(0), axis(1), axis(2)],
-        });
+        };
+        let what = span.fault();
+        what.into_iter().for_each(|what| faults.add(line, what));
+        flown.spans.push(span);
         now_s += duration_s;
     }
     Ok(faults.or(flown)?)

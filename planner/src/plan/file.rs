@@ -54,7 +54,7 @@ impl PlanFile {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum NotAPlan {
     /// Not JSON, or a field that is missing, unknown or of another kind.
-    #[error("`{path}`: {reason} at line {line} column {column}")]
+    #[error("`{path}`: {reason} at line {line} column {column}{}", told(.others))]
     Field {
         /// Where: `drones[3].trajectory.t_s`; `.`: the whole.
         path: String,
@@ -64,6 +64,8 @@ pub enum NotAPlan {
         line: usize,
         /// Where in the line, from 1.
         column: usize,
+        /// What else is not as the schema says.
+        others: Vec<FieldFault>,
     },
     /// Another format.
     #[error("`format` is \"{0}\", this program reads \"{FORMAT}\" and \"{FORMAT_BEFORE}\"")]
@@ -167,7 +169,8 @@ pub struct FleetClaims {
 ///
 /// # Errors
 ///
-/// The first thing that keeps it from being judged.
+/// What keeps it from being judged: all fields that are not as the schema says, or the first that
+/// contradicts another.
 pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
     let mut plan: Plan = parsed(text)?;
     if ![FORMAT, FORMAT_BEFORE].contains(&plan.format.as_str()) {
@@ -209,18 +212,37 @@ fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
     let value = serde_path_to_error::deserialize(&mut *json).map_err(|error| {
         let path = error.path().to_string();
         let error = error.inner();
-        match at_fault(text, &path) {
-            Some(fault) => NotAPlan::field(fault.place, fault.what, error),
-            None => NotAPlan::field(path, error.to_string(), error),
+        let mut others = faults(text);
+        // What was found is what stands there, or something in it.
+        let below = path.strip_suffix('.').unwrap_or(&path);
+        match others.iter().position(|it| it.place.starts_with(below)) {
+            Some(first) => {
+                let fault = others.remove(first);
+                NotAPlan::field(fault.place, fault.what, error, others)
+            }
+            None => NotAPlan::field(path, error.to_string(), error, others),
         }
     })?;
     let end = json.end();
-    end.map_err(|error| NotAPlan::field(".".to_owned(), error.to_string(), &error))?;
+    end.map_err(|error| NotAPlan::field(".".to_owned(), error.to_string(), &error, Vec::new()))?;
     Ok(value)
 }
 
+/// Other fields, a line each.
+fn told(others: &[FieldFault]) -> String {
+    let told = others
+        .iter()
+        .map(|it| format!("\n  `{}`: {}", it.place, it.what));
+    told.collect()
+}
+
 impl NotAPlan {
-    fn field(path: String, what: String, error: &serde_json::Error) -> NotAPlan {
+    fn field(
+        path: String,
+        what: String,
+        error: &serde_json::Error,
+        others: Vec<FieldFault>,
+    ) -> NotAPlan {
         let (line, column) = (error.line(), error.column());
         let place = format!(" at line {line} column {column}");
         let reason = what.strip_suffix(&place).unwrap_or(&what).to_owned();
@@ -229,18 +251,18 @@ impl NotAPlan {
             reason,
             line,
             column,
+            others,
         }
     }
 }
 
-/// The first field at a place, or in what stands there, that is not as the schema says. `None`: the
-/// text is no JSON, or what is wrong is no matter of form.
-fn at_fault(text: &str, path: &str) -> Option<FieldFault> {
-    let value = serde_json::from_str(text).ok()?;
+/// The fields that are not as the schema says; none where the text is no JSON.
+fn faults(text: &str) -> Vec<FieldFault> {
+    let Ok(value) = serde_json::from_str(text) else {
+        return Vec::new();
+    };
     let schema = schema();
-    let found = form::faults(schema.as_value(), schema.as_value(), &value, "");
-    let below = path.strip_suffix('.').unwrap_or(path);
-    found.into_iter().find(|it| it.place.starts_with(below))
+    form::faults(schema.as_value(), schema.as_value(), &value, "")
 }
 
 impl Plan {

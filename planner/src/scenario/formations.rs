@@ -116,7 +116,7 @@ fn round<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<Round>>
 }
 
 /// The scenario with the goals of its formations among the tasks of its drones, and what is wrong
-/// with the formations; those that are wrong are left out.
+/// with the formations; those without a place for each drone are left out.
 pub(super) fn assigned(written: &Written) -> (Cow<'_, Written>, Vec<Problem>) {
     if written.formations.is_empty() {
         return (Cow::Borrowed(written), Vec::new());
@@ -221,14 +221,16 @@ impl Assignment {
         }
         self.are_inside(&places, who);
         self.are_apart(formation, &group, &places, who);
-        if self.problems.len() > before {
-            return;
-        }
+        // Places that are wrong are given away in their order, so that all of them are held
+        // against obstacles.
+        let is_sound = self.problems.len() == before;
         let taken = match formation.home_m {
-            Some(_) => (0..places.len()).collect(),
-            None => least_cost(&self.costs_ms(formation, &group, &places)),
+            None if is_sound => least_cost(&self.costs_ms(formation, &group, &places)),
+            _ => (0..places.len()).collect(),
         };
-        self.are_in_time(formation, (&group, &taken), &places, who);
+        if is_sound {
+            self.are_in_time(formation, (&group, &taken), &places, who);
+        }
         let after_s = self.landing_s(&group, &places, &layers);
         for ((&drone, place), layer) in group.iter().zip(taken).zip(layers) {
             let mut during_s = formation.during_s.clone();
@@ -404,8 +406,8 @@ impl Assignment {
         }
     }
 
-    /// Notes the nearest two places, where no two bodies of the group fit beside one another; of
-    /// `home_m` where drones are to be there together.
+    /// Notes places beside which no two bodies of the group fit: each that is listed, the nearest
+    /// two of a shape; of `home_m` where drones are to be there together.
     fn are_apart(&mut self, formation: &Formation, group: &[usize], places: &[Place], who: &str) {
         let is_together = formation.during_s.is_some() || formation.layer_m.is_some();
         if formation.home_m.is_some() && !is_together {
@@ -414,31 +416,31 @@ impl Assignment {
         // Who takes which place is not known: each could be of the smallest drone.
         let needs_m = group.iter().filter_map(|&drone| self.apart_m([drone; 2]));
         let needs_m = needs_m.fold(f64::INFINITY, f64::min);
-        let pairs = (1..places.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
-        let apart_m = |(a, b): (usize, usize)| (places[a].value - places[b].value).norm();
-        let nearest = pairs.min_by(|a, b| apart_m(*a).total_cmp(&apart_m(*b)));
-        let is_near = |pair: &(usize, usize)| needs_m.is_finite() && apart_m(*pair) < needs_m;
-        let Some(pair) = nearest.filter(is_near) else {
-            return;
-        };
-        let message = format!("places of {who} are too near to one another");
-        let label = format!(
-            "{:.2} m from another, at least {needs_m:.2} m",
-            apart_m(pair)
-        );
-        let (at, help) = match (&formation.home_m, &formation.layer_m) {
-            (Some(_), Some(layer_m)) => (&layer_m.at, "layers farther from one another"),
-            (Some(_), None) => (
-                &places[pair.1].at,
-                "`layer_m` lets neighbours hover one above the other's height",
-            ),
-            _ => (
-                &places[pair.1].at,
-                "two bodies, the clearance and both tracking margins",
-            ),
-        };
-        self.problems
-            .push(Problem::at(at, message).label(label).help(help));
+        let mut near: Vec<(&Range<usize>, f64)> = Vec::new();
+        for (index, At { value, at }) in places.iter().enumerate().skip(1) {
+            let before = places[..index].iter();
+            let nearest_m = before.map(|it| (it.value - value).norm());
+            let nearest_m = nearest_m.fold(f64::INFINITY, f64::min);
+            match near.last_mut().filter(|(known, _)| *known == at) {
+                Some((_, known_m)) => *known_m = known_m.min(nearest_m),
+                None => near.push((at, nearest_m)),
+            }
+        }
+        let near = near.into_iter();
+        for (at, nearest_m) in near.filter(|it| needs_m.is_finite() && it.1 < needs_m) {
+            let message = format!("places of {who} are too near to one another");
+            let label = format!("{nearest_m:.2} m from another, at least {needs_m:.2} m");
+            let (at, help) = match (&formation.home_m, &formation.layer_m) {
+                (Some(_), Some(layer_m)) => (&layer_m.at, "layers farther from one another"),
+                (Some(_), None) => (
+                    at,
+                    "`layer_m` lets neighbours hover one above the other's height",
+                ),
+                _ => (at, "two bodies, the clearance and both tracking margins"),
+            };
+            let problem = Problem::at(at, message).label(label).help(help);
+            self.problems.push(problem);
+        }
     }
 
     /// What each drone of a group costs at each place (ms).
@@ -599,6 +601,40 @@ mod tests {
             drones.join(", ")
         );
         read_world(&text).expect("in order")
+    }
+
+    #[test]
+    fn all_that_is_wrong_with_places_is_told_at_once() {
+        let text = r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (6, 5, 3)),
+            obstacles: [(name: "desk", min_m: (0, 4, 0), max_m: (2, 5, 0.8))],
+            drones: [
+                (name: "a", airframe: "crazyflie-2.1", start_m: (1, 1, 1)),
+                (name: "b", airframe: "crazyflie-2.1", start_m: (2, 1, 1)),
+                (name: "c", airframe: "crazyflie-2.1", start_m: (3, 1, 1)),
+                (name: "d", airframe: "crazyflie-2.1", start_m: (4, 1, 1)),
+                (name: "e", airframe: "crazyflie-2.1", start_m: (5, 1, 1)),
+            ],
+            formations: [
+                (to_m: [(1, 4.5, 0.5), (4, 2, 1), (4, 2.1, 1), (4.1, 2, 1), (30, 3, 1)]),
+                (to_m: [(1, 2, 1), (2, 2, 1), (3, 2, 9), (4, 2, 1), (5, 2, 1)]),
+            ])"#;
+        let found = read_world(text).expect_err("places are wrong");
+        let told: Vec<(String, &str)> = found
+            .iter()
+            .map(|it| (it.message.clone(), &text[it.span.clone().unwrap_or(0..0)]))
+            .collect();
+        let near = "places of formation 1 are too near to one another";
+        let expected = [
+            ("a place of formation 1 lies out of bounds", "(30, 3, 1)"),
+            (near, "(4, 2.1, 1)"),
+            (near, "(4.1, 2, 1)"),
+            ("a place of formation 2 lies out of bounds", "(3, 2, 9)"),
+            ("task 1 of `a` lies inside obstacle `desk`", "(1, 4.5, 0.5)"),
+        ];
+        for (message, at) in expected {
+            assert!(told.contains(&(message.to_owned(), at)), "{told:?}");
+        }
+        assert_eq!(told.len(), expected.len(), "{told:?}");
     }
 
     /// The least sum over all orders of places.

@@ -46,7 +46,18 @@ pub enum IntendedError {
     /// No drone.
     #[error("there are no drones in it")]
     Empty,
-    /// Trajectories that are none.
+    /// All drones that cannot be flown as they say.
+    #[error("{}", .0.iter().map(DroneFault::to_string).collect::<Vec<_>>().join("; "))]
+    Drones(Vec<DroneFault>),
+    /// What is wrong with the airframes' file.
+    #[error(transparent)]
+    Fleet(#[from] Problems),
+}
+
+/// Why a drone of a show cannot be flown as it says.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum DroneFault {
+    /// A trajectory that is none.
     #[error("`{drone}`: {why}")]
     Trajectory {
         /// Its name.
@@ -69,9 +80,6 @@ pub enum IntendedError {
         /// m.
         floor_z_m: f64,
     },
-    /// What is wrong with the airframes' file.
-    #[error(transparent)]
-    Fleet(#[from] Problems),
 }
 
 /// The plan that a show is, judged like any other; what was assumed stands in
@@ -80,8 +88,8 @@ pub enum IntendedError {
 ///
 /// # Errors
 ///
-/// Everything that is wrong with `fleet`, each at its place in it; or the first drone that cannot
-/// be flown as it says.
+/// Everything that is wrong with `fleet`, each at its place in it; or all drones that cannot be
+/// flown as they say.
 pub fn intended_as_plan(
     name: &str,
     drones: Vec<Intended>,
@@ -105,9 +113,8 @@ pub fn intended_as_plan(
     };
     let (world, more) = fleet.world(name, &members, files)?;
     remarks.extend(more);
-    if let Some(below) = drones.iter().find_map(|it| it.below(floor_z_m)) {
-        return Err(below);
-    }
+    let below = drones.iter().filter_map(|it| it.below(floor_z_m));
+    none_of(below.collect())?;
     remarks.extend(told(&world, &drones));
     let solids = Solids::new(&world.obstacles);
     let flown = world.drones.iter().zip(drones);
@@ -115,35 +122,44 @@ pub fn intended_as_plan(
     Ok(as_plan(&world, flown.collect(), remarks))
 }
 
+/// That there are no faults.
+fn none_of(faults: Vec<DroneFault>) -> Result<(), IntendedError> {
+    match faults.is_empty() {
+        true => Ok(()),
+        false => Err(IntendedError::Drones(faults)),
+    }
+}
+
 /// What keeps a plan from being made at all.
 fn check(drones: &[Intended]) -> Result<(), IntendedError> {
+    if drones.is_empty() {
+        return Err(IntendedError::Empty);
+    }
     let mut names: Vec<&str> = drones.iter().map(|it| &it.name[..]).collect();
     names.sort_unstable();
-    if let Some(two) = names.windows(2).find(|two| two[0] == two[1]) {
-        return Err(IntendedError::Twice(two[0].to_owned()));
-    }
+    let twice = names.windows(2).filter(|two| two[0] == two[1]);
+    let mut faults: Vec<DroneFault> = twice
+        .map(|two| DroneFault::Twice(two[0].to_owned()))
+        .collect();
+    faults.dedup();
     for drone in drones {
         let entry = &drone.trajectory;
-        let wrong = |why: &str| IntendedError::Trajectory {
+        let mut places_m = (entry.position_m.iter()).chain(entry.control_m.iter().flatten());
+        let is_finite = places_m.all(|at_m| at_m.iter().all(|it| it.is_finite()))
+            && entry.t_s.iter().all(|it| it.is_finite());
+        let has_places = !entry.t_s.is_empty() && entry.t_s.len() == entry.position_m.len();
+        let why = match (has_places, is_finite, entry.t_s.is_sorted()) {
+            (false, _, _) => "it has no places, or not one for each time",
+            (_, false, _) => "not all of it is finite",
+            (_, _, false) => "its time runs backwards",
+            _ => continue,
+        };
+        faults.push(DroneFault::Trajectory {
             drone: drone.name.clone(),
             why: why.to_owned(),
-        };
-        if entry.t_s.is_empty() || entry.t_s.len() != entry.position_m.len() {
-            return Err(wrong("it has no places, or not one for each time"));
-        }
-        let mut places_m = (entry.position_m.iter()).chain(entry.control_m.iter().flatten());
-        let is_finite = places_m.all(|at_m| at_m.iter().all(|it| it.is_finite()));
-        if !is_finite || !entry.t_s.iter().all(|it| it.is_finite()) {
-            return Err(wrong("not all of it is finite"));
-        }
-        if !entry.t_s.is_sorted() {
-            return Err(wrong("its time runs backwards"));
-        }
+        });
     }
-    match drones.is_empty() {
-        true => Err(IntendedError::Empty),
-        false => Ok(()),
-    }
+    none_of(faults)
 }
 
 /// Lets the first of all begin at time 0.
@@ -198,7 +214,7 @@ impl Intended {
     }
 
     /// That it goes below a floor (m).
-    fn below(&self, floor_z_m: f64) -> Option<IntendedError> {
+    fn below(&self, floor_z_m: f64) -> Option<DroneFault> {
         let lowest_m = floor_z_m - BELOW_M;
         let entry = &self.trajectory;
         let points = entry.t_s.iter().zip(&entry.position_m);
@@ -212,7 +228,7 @@ impl Intended {
         });
         let below = points.chain(between).filter(|(_, z_m)| *z_m < lowest_m);
         let (at_s, z_m) = below.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(IntendedError::BelowFloor {
+        Some(DroneFault::BelowFloor {
             drone: self.name.clone(),
             at_s,
             z_m,

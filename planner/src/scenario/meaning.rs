@@ -19,7 +19,7 @@ use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
 use crate::plan::Origin;
 use crate::plan::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
-use crate::scenario::placement::{Spot, misplaced};
+use crate::scenario::placement::{Misfit, Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
     AtEnd, Bounds, CONVECTION_DEFAULT, Drone, Margins, Obstacle, PathMotion, Planning, Relaxable,
@@ -32,13 +32,14 @@ pub(super) fn world(
     spoilt_airframes: &[String],
     files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
-    let (with_formations, unfit_formations) = formations::assigned(written);
+    let (with_formations, wrong_formations) = formations::assigned(written);
+    let unfit_formations = wrong_formations.len();
     let written = &*with_formations;
     let mut meaning = Meaning {
         written,
         spoilt_airframes,
         air: written.air(),
-        problems: unfit_formations,
+        problems: wrong_formations,
         notes: Vec::new(),
         refused: BTreeSet::new(),
     };
@@ -129,13 +130,15 @@ pub(super) fn world(
         sources.push(it.source);
         world.drones.push(it.drone);
     }
+    let of_formations = problems[..unfit_formations].to_vec();
     for found in misplaced(&world, &Solids::of(&world)) {
         let source = sources[found.drone];
-        if found.spot != Spot::Start || source.has_start {
-            problems.push(Problem {
-                span: Some(place_of(source, &found.spot).clone()),
-                ..found.words(&world)
-            });
+        let span = Some(place_of(source, &found.spot).clone());
+        let is_out = matches!(found.why, Misfit::OutOfBounds { .. });
+        let is_told = is_out && of_formations.iter().any(|it| it.span == span);
+        if !is_told && (found.spot != Spot::Start || source.has_start) {
+            let words = found.words(&world);
+            problems.push(Problem { span, ..words });
         }
     }
     if planning.cell_m.is_none() {

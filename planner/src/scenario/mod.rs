@@ -46,7 +46,7 @@ mod written;
 pub use asked::missing;
 pub use check::WorldError;
 pub use flown::{FlownError, Samples, read_samples, samples_as_plan};
-pub use intended::{Intended, IntendedError, intended_as_plan};
+pub use intended::{DroneFault, Intended, IntendedError, intended_as_plan};
 pub use placement::{Misfit, Misplaced, Spot};
 pub use problem::{Cited, Problem, Problems};
 pub use row_faults::RowFaults;

@@ -100,6 +100,33 @@ fn limits_that_are_left_out_hold_in_plan_2_and_not_in_plan_1() {
 }
 
 #[test]
+fn all_fields_of_a_plan_that_are_wrong_are_told_at_once() {
+    let text = changed(LEAST, |plan| {
+        let drones = &mut plan["drones"];
+        drones[0]["trajectory"]["t_s"][1] = json!("four");
+        drones[0]["trajectory"]["position_m"][0] = json!([1, 5]);
+        drones[1]["at_end"] = json!("fall");
+        drones[1]["name"] = json!(7);
+    });
+    let told = read(&text).expect_err("it is no plan").to_string();
+    let first = told.lines().next().unwrap_or_default();
+    assert!(
+        first.starts_with("`drones[0].trajectory.t_s[1]`: a number, not \"four\" at line 1"),
+        "{told}"
+    );
+    for (place, count) in [
+        ("`drones[0].trajectory.t_s[1]`", 1),
+        ("`drones[0].trajectory.position_m[0]`: a list of 3", 1),
+        ("`drones[1].at_end`: \"hover\" or", 1),
+        ("`drones[1].name`: a text, not 7", 1),
+        ("\n", 3),
+    ] {
+        assert_eq!(told.matches(place).count(), count, "{place}: {told}");
+    }
+    assert_eq!(read(LEAST).map(|it| it.plan.drones.len()), Ok(2));
+}
+
+#[test]
 fn what_cannot_be_judged_is_refused_with_its_field() {
     let field = |text: &str| match read(text) {
         Err(NotAPlan::Field { path, .. }) => path,
