@@ -204,6 +204,7 @@ pub fn fly(
         gusts: options.gusts,
         lean: options.lean,
         until_s,
+        unplanned: plan.unplanned.iter().map(|it| it.name.clone()).collect(),
         flights: flights.collect(),
         vehicles: (fleet.vehicles.iter())
             .map(|(airframe, vehicle)| VehicleFlown {

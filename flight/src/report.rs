@@ -26,6 +26,9 @@ pub struct FlightReport {
     pub lean: bool,
     /// Flown to this time (s).
     pub until_s: f64,
+    /// Drones for which the plan has no path: they stay at their starts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unplanned: Vec<String>,
     /// Every airframe as it was flown.
     pub vehicles: Vec<VehicleFlown>,
     /// Every flight; of each controller and speed of the air those with different feed-forward.

@@ -343,7 +343,7 @@ impl Service {
         let (asked, ()) = asked.with(on_time)?;
         let limit = Limit::new(asked.time_limit_s, elapsed_s);
         let (landing, record) = flown.land_all(asked.at_s, &limit)?;
-        Ok((Told::Landing(landing), Some(record)))
+        Ok((Told::Landing(landing), record))
     }
 
     fn state(
@@ -512,9 +512,13 @@ impl Flown {
     }
 
     /// Has all that fly land, as many as find a place and a path; where that is refused, all is as
-    /// it was.
-    fn land_all(&mut self, at_s: f64, limit: &Limit<'_>) -> Result<(Landing, Record), Refusals> {
-        let mut landings = Landings::of(self.running.plan(), &self.running.world().planning, at_s);
+    /// it was. Where all land already nothing changes, and there is nothing to record.
+    fn land_all(
+        &mut self,
+        at_s: f64,
+        limit: &Limit<'_>,
+    ) -> Result<(Landing, Option<Record>), Refusals> {
+        let mut landings = Landings::of(self.running.plan(), self.running.world(), at_s);
         let before = self.clone();
         let mut best: Option<(Flown, Landing, Record)> = None;
         let mut tries = 0;
@@ -523,6 +527,7 @@ impl Flown {
             let changes = landings.changes();
             if changes.is_empty() {
                 let message = match &landings.without()[..] {
+                    [] if landings.are_under_way() => return Ok((self.unchanged(at_s), None)),
                     [] => "no drone flies".to_owned(),
                     drones => format!("there is no place to land for {}", drones.join(", ")),
                 };
@@ -574,9 +579,24 @@ impl Flown {
         match best {
             Some((flown, landing, record)) => {
                 *self = flown;
-                Ok((landing, record))
+                Ok((landing, Some(record)))
             }
             None => refused(Code::Change, "params", "no drone flies"),
+        }
+    }
+
+    /// All land as they do.
+    fn unchanged(&self, at_s: f64) -> Landing {
+        Landing {
+            revision: self.revision,
+            patch: Patch {
+                revision: self.revision,
+                from_s: (at_s * 100.0).ceil() / 100.0,
+                changed: Vec::new(),
+                refused: Vec::new(),
+                unavoidable: Vec::new(),
+            },
+            not_landing: Vec::new(),
         }
     }
 
@@ -874,15 +894,28 @@ fn taken_over(given: &Value) -> Result<planner::Plan, Refusals> {
     let file = plan::file::read(&given.to_string());
     let file = file.map_err(|error| {
         let place = "params.plan";
-        vec![match error {
-            NotAPlan::Field { path, reason, .. } if path != "." => {
-                let name = path.rsplit('.').next().unwrap_or(&path);
-                let message = format!("`{name}`: {reason}");
-                refusal(Code::Plan, format!("{place}.{path}"), message)
+        let field = |path: &str, reason: &str| {
+            let name = path.rsplit('.').next().unwrap_or(path);
+            let message = format!("`{name}`: {reason}");
+            refusal(Code::Plan, format!("{place}.{path}"), message)
+        };
+        match error {
+            NotAPlan::Field { path, reason, .. } if path == "." => {
+                vec![refusal(Code::Plan, place, reason)]
             }
-            NotAPlan::Field { reason, .. } => refusal(Code::Plan, place, reason),
-            other => refusal(Code::Plan, place, other.to_string()),
-        }]
+            NotAPlan::Field {
+                path,
+                reason,
+                others,
+                ..
+            } => {
+                let others = others.iter().map(|it| field(&it.place, &it.what));
+                std::iter::once(field(&path, &reason))
+                    .chain(others)
+                    .collect()
+            }
+            other => vec![refusal(Code::Plan, place, other.to_string())],
+        }
     })?;
     let found = planner::verify(&file.plan).violations;
     let wrong = found.iter().take(MOST_TOLD);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::Point3;
 use planner::Plan;
 use planner::plan::{AtEnd, DronePlan};
-use planner::scenario::world::Planning;
+use planner::scenario::world::World;
 
 use crate::message::{Land, OneChange};
 
@@ -22,6 +22,8 @@ pub(crate) struct Landings {
     all: Vec<Landing>,
     /// Who stands on the ground and is to stay there.
     grounded: Vec<String>,
+    /// How many land already.
+    landing: usize,
     /// Columns that are taken for good: where, and the body's radius (m).
     taken: Vec<(Point3<f64>, f64)>,
     /// What stays clear between two bodies (m).
@@ -41,10 +43,12 @@ struct Landing {
 
 impl Landings {
     /// Of a plan at a time (s). Who lands already, has left or is yet to come is not in it.
-    pub(crate) fn of(plan: &Plan, planning: &Planning, at_s: f64) -> Landings {
+    pub(crate) fn of(plan: &Plan, world: &World, at_s: f64) -> Landings {
+        let planning = &world.planning;
         let mut landings = Landings {
             all: Vec::new(),
             grounded: Vec::new(),
+            landing: 0,
             taken: Vec::new(),
             gap_m: planning.clearance_m + 2.0 * planning.margins.tracking_m,
         };
@@ -64,8 +68,9 @@ impl Landings {
             if has_left || at_s < entry.enters_s.unwrap_or(0.0) {
                 continue;
             }
-            let lands = entry.at_end == AtEnd::Land && at_s >= entry.arrives_s;
-            if never_flies || lands {
+            let flies = entry.airborne_s.1.is_none_or(|until_s| at_s < until_s);
+            if never_flies || lands(entry, world, at_s) {
+                landings.landing += usize::from(flies && !never_flies);
                 landings.taken.push((*last_m, radius_m));
             } else if at_s < lifts_s {
                 landings.taken.push((*first_m, radius_m));
@@ -135,11 +140,34 @@ impl Landings {
         flying.chain(grounded).map(land).collect()
     }
 
+    /// Whether there are drones that land already.
+    pub(crate) fn are_under_way(&self) -> bool {
+        self.landing > 0
+    }
+
     /// Those that fly, and for which there is no place.
     pub(crate) fn without(&self) -> Vec<String> {
         let without = self.all.iter().filter(|it| it.chosen.is_none());
         without.map(|it| it.drone.clone()).collect()
     }
+}
+
+/// Whether a drone lands already at a time (s): it descends, or goes to no other place any more
+/// than the one over which it lands, no farther away than it could be told to land.
+fn lands(entry: &DronePlan, world: &World, at_s: f64) -> bool {
+    let drone = world.drones.iter().find(|it| it.name == entry.name);
+    let ahead_m = entry.trajectory.position_m(at_s + AHEAD_S);
+    let is_last = || {
+        let [last] = &drone?.tasks[..] else {
+            return None;
+        };
+        let over_m = last.to_m - ahead_m?;
+        let reach_m = (f64::from(REACH_CELLS) + 0.5) * world.planning.cell_m;
+        let is_near = over_m.xy().amax() <= reach_m && over_m.z <= world.planning.cell_m;
+        Some(is_near && last.dwell_s == 0.0 && last.during_s.is_none())
+    };
+    let is_down = at_s >= entry.arrives_s;
+    entry.at_end == AtEnd::Land && (is_down || is_last().unwrap_or(false))
 }
 
 /// Where a drone could land (m), the nearest to where it soon is first, at its height there.

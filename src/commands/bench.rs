@@ -17,7 +17,7 @@ use tools::bench::{apart, peers, table};
 use tools::instances::Floor;
 
 use super::by_name;
-use super::plan::{at_least_1, read_text, seconds, use_threads};
+use super::plan::{at_least_1, drawn, seconds, use_threads};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files;
@@ -112,7 +112,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 fn plan(one: &Instance) -> Result<Figures, Failure> {
     let text = one.place.scenario(one.drones, one.seed)?;
     let no_files = |file: &str| Err(format!("there is no {file}"));
-    let mut world = read_text(one.place.name(), &text, None, &no_files)?;
+    let world = planner::read_world_with(&text, &planner::Files::new(&no_files));
+    let mut world = world.map_err(|found| drawn(one.place.name(), &text, &found))?;
     if one.relaxed {
         world = world.relaxed().unwrap_or(world);
     }

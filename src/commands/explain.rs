@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use nalgebra::Point3;
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use planner::Plan;
 use planner::plan::{Violation, ViolationKind};
 use serde::Serialize;
@@ -17,6 +18,16 @@ use crate::io::files;
 use crate::io::plans::Source;
 use crate::report::sections::{Part, Report};
 use crate::report::words::place;
+
+/// What is escaped in a link's fragment: all but the unreserved characters of RFC 3986, section
+/// 2.3.
+const NOT_PLAIN: &AsciiSet = &NON_ALPHANUMERIC
+    .remove(b'-')
+    .remove(b'.')
+    .remove(b'_')
+    .remove(b'~');
+/// Seconds of waiting that are told to be elsewhere than in stops: chosen here, what is printed.
+const LEAST_ELSEWHERE_S: f64 = 0.005;
 
 /// Violations that are told: chosen here, the first say why.
 const MOST_TOLD: usize = 5;
@@ -61,6 +72,10 @@ struct Explained {
     costs_s: Option<f64>,
     /// What the drone waits in all, as in plan.json (s).
     waits_s: f64,
+    /// Of that what is in none of its stops, where they are told from dwells (s): in stops that are
+    /// too short to be told, and in slower flight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    waits_elsewhere_s: Option<f64>,
     /// Whom it waits for: with whom it would first break a rule, had it gone on at once.
     #[serde(skip_serializing_if = "Option::is_none")]
     waits_for: Option<String>,
@@ -134,13 +149,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         span_s: stop.map(|it| (it.from_s, it.until_s)),
         costs_s: stop.and_then(|it| it.costs_s),
         waits_s: drone.waits_s,
+        waits_elsewhere_s: world.as_ref().map(|_| {
+            let told_s: f64 = stops.iter().filter_map(|it| it.costs_s).sum();
+            (drone.waits_s - told_s).max(0.0)
+        }),
         waits_for,
         otherwise,
         stops: stops
             .iter()
             .map(|it| (it.from_s, it.until_s, it.what, it.costs_s))
             .collect(),
-        page: format!("{page}#t={at_s}&drone={name}"),
+        page: format!(
+            "{page}#t={at_s}&drone={}",
+            utf8_percent_encode(name, NOT_PLAIN)
+        ),
     };
     print(&match arguments.format {
         Format::Json => files::json(&explained),
@@ -296,6 +318,14 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 rows,
             )],
         );
+    }
+    let elsewhere_s = explained.waits_elsewhere_s;
+    if let Some(elsewhere_s) = elsewhere_s.filter(|it| *it >= LEAST_ELSEWHERE_S) {
+        let line = format!(
+            "Of {:.2} s that its plan counts as waiting, {elsewhere_s:.2} s are in none of its stops: in shorter ones, and in slower flight.",
+            explained.waits_s
+        );
+        report.section("", vec![Part::line(line)]);
     }
     report.section("", vec![Part::line(format!("Look: {}", explained.page))]);
     report

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use clap::Args;
 use flight::battery::Charge;
+use planner::plan::IgnoringDownwash;
 use planner::plan::outcome::Effort;
+use planner::scenario::Problems;
 use planner::verify::lateness;
 use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
@@ -97,6 +99,10 @@ struct Printed<'a> {
     /// How many more endpoints exclude one another.
     more_conflicts: usize,
     timing: Option<Timing>,
+    /// Where no plan can be safe, what ignoring downwash would bring about; `null`: no plan
+    /// either. Of a plan it stands in the plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ignoring_downwash: Option<Option<IgnoringDownwash>>,
     /// Where drones wait most, and for whom.
     #[serde(skip_serializing_if = "Option::is_none")]
     bottlenecks: Option<Bottlenecks>,
@@ -139,9 +145,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Outcome::Infeasible { conflicts } => conflicts,
     };
     // No plan can be safe: nothing is written.
+    let earlier = out.path.join(MAIN);
+    let earlier = earlier.exists().then(|| {
+        let earlier = earlier.display();
+        format!("{earlier} is of an earlier run: this one writes nothing")
+    });
     out.abandon();
-    let printed = Printed {
+    tell_notes(earlier.as_slice());
+    let notes = world.notes.iter().chain(&earlier);
+    let mut printed = Printed {
         status: "blocked",
+        notes: notes.map(String::as_str).collect(),
         conflicts: conflicts::describe_all(&conflicts, &world),
         more_conflicts: conflicts.more,
         ..Printed::default()
@@ -155,10 +169,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         ..Report::default()
     };
     if control.contrast {
-        let contrast = match planner::contrast(&world, &control) {
-            Some(contrast) => report::contrast(Some(&contrast)),
+        let ignoring = planner::contrast(&world, &control);
+        let contrast = match &ignoring {
+            Some(contrast) => report::contrast(Some(contrast)),
             None => "Ignoring downwash: no plan either.".into(),
         };
+        printed.ignoring_downwash = Some(ignoring);
         report.section("", vec![Part::Line(contrast)]);
     }
     watch.finish();
@@ -204,6 +220,7 @@ fn deliver(
         conflicts: conflicts::describe_all(&planned.conflicts, world),
         more_conflicts: planned.conflicts.more,
         timing: Some(Timing::of(durations, effort)),
+        ignoring_downwash: None,
         bottlenecks: None,
         batteries: &batteries.charges,
         files: Vec::new(),
@@ -360,8 +377,18 @@ pub(crate) fn read_source(path: &Path) -> Result<String, Failure> {
     text.map_err(Failure::read(path))
 }
 
-/// The world of a scenario's text that stands, or might stand, at a path.
+/// The world of a scenario's text that stands at a path, or all its problems drawn beside it.
 pub(crate) fn world_of(path: &Path, text: &str, finding: Option<&Path>) -> Result<World, Failure> {
+    let world = found_in(path, text, finding)?;
+    world.map_err(|found| drawn(&path.display().to_string(), text, &found))
+}
+
+/// The world of a scenario's text that stands, or might stand, at a path, or its problems.
+pub(crate) fn found_in(
+    path: &Path,
+    text: &str,
+    finding: Option<&Path>,
+) -> Result<Result<World, Problems>, Failure> {
     let named = |file: &Path| {
         let text = files::text(file, MOST_SCENARIO_BYTES).map_err(Failure::read(file));
         text.map(|text| (file.display().to_string(), text))
@@ -374,23 +401,15 @@ pub(crate) fn world_of(path: &Path, text: &str, finding: Option<&Path>) -> Resul
         Some((file, text)) if file == source => Ok(text.clone()),
         _ => files::text(&folder.join(source), MOST_SCENARIO_BYTES).map_err(|it| it.to_string()),
     };
-    let flown = finding.as_ref().map(|(file, _)| file.as_str());
-    read_text(&path.display().to_string(), text, flown, &load)
-}
-
-/// The world of a scenario called `name`, or all its problems drawn beside its text.
-pub(crate) fn read_text(
-    name: &str,
-    text: &str,
-    finding: Option<&str>,
-    load: &dyn Fn(&str) -> Result<String, String>,
-) -> Result<World, Failure> {
-    let mut files = planner::Files::new(load);
-    if let Some(finding) = finding {
+    let mut files = planner::Files::new(&load);
+    if let Some((finding, _)) = &finding {
         files = files.with_finding(finding);
     }
-    planner::read_world_with(text, &files).map_err(|found| {
-        let colour = problems::colour_on_stderr();
-        Failure::Drawn(problems::draw(&found, name, text, colour))
-    })
+    Ok(planner::read_world_with(text, &files))
+}
+
+/// The problems of a scenario called `name`, drawn beside its text.
+pub(crate) fn drawn(name: &str, text: &str, found: &Problems) -> Failure {
+    let colour = problems::colour_on_stderr();
+    Failure::Drawn(problems::draw(found, name, text, colour))
 }

@@ -4,12 +4,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use planner::scenario::with_setting;
+use planner::scenario::{Problem, with_setting};
 use planner::{Control, Outcome};
 use serde::Serialize;
 
 use crate::commands::answers::Wanted;
-use crate::commands::plan::{read_source, world_of};
+use crate::commands::plan::{found_in, read_source, world_of};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots::curves;
@@ -18,6 +18,8 @@ use crate::report::words::shortest;
 
 /// Values of one sweep: chosen here, each is a whole plan.
 const MOST_VALUES: usize = 100;
+/// Values that are named where something is wrong with them: chosen here.
+const MOST_SHOWN: usize = 5;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -112,10 +114,38 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     } = &arguments.set;
     // What is wrong with the scenario itself is told in its own text.
     let plain = world_of(&arguments.scenario, &text, None)?;
-    let mut rows = Vec::with_capacity(values.len());
+    let mut worlds = Vec::with_capacity(values.len());
+    // What is wrong, and with which values.
+    let mut wrong: Vec<(String, Vec<f64>)> = Vec::new();
     for &value in values {
         let changed = with_setting(&text, (section, key), value);
-        let world = world_of(&arguments.scenario, &changed, None)?;
+        match found_in(&arguments.scenario, &changed, None)? {
+            Ok(world) => worlds.push((value, world)),
+            Err(found) => {
+                // The scenario itself is in order: the setting is not.
+                for what in found.iter().map(in_words) {
+                    match wrong.iter_mut().find(|it| it.0 == what) {
+                        Some((_, values)) => values.push(value),
+                        None => wrong.push((what, vec![value])),
+                    }
+                }
+            }
+        }
+    }
+    if !wrong.is_empty() {
+        let told = wrong.iter().map(|(what, values)| {
+            let shown = values.iter().take(MOST_SHOWN).map(f64::to_string);
+            let shown = shown.collect::<Vec<_>>().join(",");
+            let more = match values.len().saturating_sub(MOST_SHOWN) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            format!("--set {section}.{key}={shown}{more}: {what}")
+        });
+        return Err(Failure::Inapplicable(told.collect()));
+    }
+    let mut rows = Vec::with_capacity(values.len());
+    for (value, world) in worlds {
         let outcome = planner::plan_world(&world, &Control::QUIET)
             .map_err(|faults| Failure::Drawn(faults.to_string()))?;
         rows.push(row(value, world.drones.len(), &outcome));
@@ -133,6 +163,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(
         swept.rows.iter().all(|it| it.status == "safe"),
     ))
+}
+
+/// What is wrong with a setting, without its place in the text that it was put into.
+fn in_words(found: &Problem) -> String {
+    let Problem {
+        message,
+        label,
+        help,
+        ..
+    } = found;
+    let label = label.iter().map(|it| format!(": {it}"));
+    let help = help.iter().map(|it| format!("\n  = help: {it}"));
+    let more: String = label.chain(help).collect();
+    format!("{message}{more}")
 }
 
 fn row(value: f64, drones: usize, outcome: &Outcome) -> Row {

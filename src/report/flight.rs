@@ -214,6 +214,13 @@ fn named(names: &[&str]) -> String {
 /// Which drones are over a limit, which touch, which are in an obstacle, over all flights.
 fn verdict(flown: &FlightReport) -> Vec<String> {
     let mut lines = Vec::new();
+    if !flown.unplanned.is_empty() {
+        let names: Vec<&str> = flown.unplanned.iter().map(String::as_str).collect();
+        lines.push(format!(
+            "Not planned, stays at its start: {}.",
+            named(&names)
+        ));
+    }
     let worst = |is: &dyn Fn(&Flight, usize) -> bool| -> Vec<&str> {
         let Some(first) = flown.flights.first() else {
             return Vec::new();

@@ -309,6 +309,30 @@ fn starts_that_exclude_one_another_are_a_no_with_the_pair_and_the_way_out_and_no
     );
     assert!(errors.contains("help: move low "), "{errors}");
     assert_eq!(names_in(desk.0.path()), ["stacked.ron"]);
+    let printed = desk.plan(&["stacked.ron", "--format", "json"]);
+    let printed: Value = serde_json::from_str(stdout(&printed)).unwrap();
+    assert!(
+        printed["ignoring_downwash"]["makespan_s"].is_number(),
+        "{printed}"
+    );
+    let printed = desk.plan(&["stacked.ron", "--format", "json", "--no-contrast"]);
+    let printed: Value = serde_json::from_str(stdout(&printed)).unwrap();
+    assert!(printed.get("ignoring_downwash").is_none(), "{printed}");
+}
+
+#[test]
+fn a_plan_that_a_refused_run_leaves_there_is_told_to_be_of_an_earlier_one() {
+    let desk = Desk::with(&[("pair.ron", PAIR), ("stacked.ron", STACKED)]);
+    assert_eq!(code(&desk.plan(&["pair.ron", "--out", "o"])), 0);
+    let folder = desk.0.path().join("o");
+    let before = fs::read(folder.join("plan.json")).unwrap();
+    let output = desk.plan(&["stacked.ron", "--out", "o", "--format", "json"]);
+    assert_eq!(code(&output), 1);
+    let earlier = "plan.json is of an earlier run: this one writes nothing";
+    assert!(stderr(&output).contains(earlier), "{}", stderr(&output));
+    let printed: Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert!(printed["notes"].to_string().contains(earlier), "{printed}");
+    assert_eq!(fs::read(folder.join("plan.json")).unwrap(), before);
 }
 
 #[test]

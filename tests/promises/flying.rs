@@ -52,6 +52,24 @@ fn the_exit_code_says_whether_the_flight_is_within_limits() {
 }
 
 #[test]
+fn drones_without_a_path_are_named() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let unplanned = r#"{"unplanned": [{"name": "low", "reason": "blocked"}], "format""#;
+    let plan = plan(2.0).replacen(r#"{"format""#, unplanned, 1);
+    fs::write(folder.join("plan.json"), plan).unwrap();
+    let line = "fly plan.json --convection 1 --gusts 0 --until 0.5";
+    let (_, told, errors) = run(folder, line);
+    assert!(
+        told.contains("Not planned, stays at its start: `low`."),
+        "{told}{errors}"
+    );
+    let (_, told, _) = run(folder, &format!("{line} --format json"));
+    let told: Value = serde_json::from_str(&told).expect("one object");
+    assert_eq!(told["unplanned"], serde_json::json!(["low"]));
+}
+
+#[test]
 fn one_seed_is_one_answer_on_any_number_of_threads() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();

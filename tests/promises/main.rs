@@ -65,9 +65,15 @@ fn straight_and_quasi_static(mut world: World) -> World {
 
 /// The command in a folder: exit code, what it printed, what it said of errors and notes.
 fn run(folder: &Path, arguments: &str) -> (Option<i32>, String, String) {
+    let words: Vec<&str> = arguments.split(' ').collect();
+    run_words(folder, &words)
+}
+
+/// The same with arguments that may have spaces in them.
+fn run_words(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_plan"))
         .current_dir(folder)
-        .args(arguments.split(' '))
+        .args(arguments)
         .output()
         .unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();

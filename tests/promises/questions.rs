@@ -90,6 +90,9 @@ fn a_separation_keeps_the_limit_and_its_table_is_the_model_s() {
         let (code, _, errors) = run(folder, line);
         assert_eq!(code, Some(2));
         assert!(errors.contains(said), "{errors}");
+        // Of the flag, and once for all values: it is not in the file.
+        assert!(!errors.contains("two.ron:"), "{errors}");
+        assert_eq!(errors.matches("error: ").count(), 1, "{errors}");
     }
 }
 
@@ -174,6 +177,25 @@ fn a_wait_is_explained_by_what_would_break_without_it() {
         "{told}"
     );
     assert_eq!(told["page"], "plan.html#t=3&drone=second");
+    // As the page reads it: an address's fragment of fields.
+    let odd = crossing(2.0).replace("second", "n\u{ba} 2 & #3=\u{fc}");
+    fs::write(folder.join("odd.json"), odd).unwrap();
+    let line = [
+        "explain",
+        "odd.json",
+        "--drone",
+        "n\u{ba} 2 & #3=\u{fc}",
+        "--at",
+        "3",
+        "--format",
+        "json",
+    ];
+    let (_, told, errors) = super::run_words(folder, &line);
+    let told: Value = serde_json::from_str(&told).expect(&errors);
+    assert_eq!(
+        told["page"],
+        "plan.html#t=3&drone=n%C2%BA%202%20%26%20%233%3D%C3%BC"
+    );
     let (_, told, _) = run(folder, "explain plan.json --drone second --at 3");
     assert!(
         told.contains("It dwells, or waits for `first`") && told.contains("overlap by"),
@@ -282,10 +304,17 @@ fn a_sweep_plans_each_value_as_a_scenario_of_its_own_would_be() {
         assert_eq!(row["status"], plan.status.as_str());
     }
     for (line, said) in [
-        ("sweep two.ron --set planning.airlimit=1,2", "airlimit"),
+        (
+            "sweep two.ron --set planning.airlimit=1,2",
+            "error: --set planning.airlimit=1,2: ",
+        ),
         (
             "sweep two.ron --set planning.air_limit=0.1,400",
-            "air_limit",
+            "error: --set planning.air_limit=400: ",
+        ),
+        (
+            "sweep two.ron --set planning.air_limit=-1,400",
+            "error: --set planning.air_limit=-1,400: ",
         ),
         ("sweep two.ron --set air_limit=1", "SECTION.KEY"),
     ] {

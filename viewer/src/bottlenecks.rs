@@ -19,6 +19,9 @@ const MOST_TOLD: usize = 3;
 pub struct Bottlenecks {
     /// All waits together (s).
     pub waits_s: f64,
+    /// Of that what is in none of their stops (s): in shorter ones than are told, and in slower
+    /// flight.
+    pub elsewhere_s: f64,
     /// Drones that others wait for, the most first.
     pub drones: Vec<BottleneckDrone>,
     /// Places where drones wait, the most first.
@@ -63,6 +66,8 @@ impl Bottlenecks {
                 continue;
             }
             found.waits_s += drone.waits_s;
+            let told_s: f64 = stops.iter().filter_map(|it| it.costs_s).sum();
+            found.elsewhere_s += (drone.waits_s - told_s).max(0.0);
             for stop in stops {
                 let Some(waits_s) = stop.costs_s else {
                     continue;

@@ -169,8 +169,9 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
 /// Plans count it as waiting.
 const STOPPING_S: f64 = 0.8;
 
-/// Shares what a drone waits, as its plan counts it, among its waits by their length. A plan that
-/// does not count them waits for as long as it stands.
+/// Shares what a drone waits, as its plan counts it, among its waits by their length, to none more
+/// than it takes: what is left the drone waits elsewhere, in stops that are too short to be told. A
+/// plan that does not count them waits for as long as it stands.
 fn share(drone: &DronePlan, stops: &mut [Stop]) {
     let waits = || stops.iter().filter(|it| it.what == "wait");
     let stopping_s = if drone.trajectory.is_smooth() {
@@ -182,7 +183,7 @@ fn share(drone: &DronePlan, stops: &mut [Stop]) {
     let all_s: f64 = waits().map(takes_s).sum();
     let stood_s: f64 = waits().map(|it| it.until_s - it.from_s).sum();
     let counted_s = if drone.waits_s > 0.0 {
-        drone.waits_s
+        drone.waits_s.min(all_s)
     } else {
         stood_s
     };
@@ -337,6 +338,9 @@ mod tests {
             ..DronePlan::default()
         };
         assert_eq!(costs(&drone), [Some(0.5), None, Some(1.5)]);
+        // None costs more than it takes.
+        drone.waits_s = 40.0;
+        assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
         // A plan that does not count them.
         drone.waits_s = 0.0;
         assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);

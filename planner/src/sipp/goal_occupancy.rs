@@ -16,8 +16,8 @@ use crate::sipp::search::setting::{IMMOVABLE, Setting};
 pub(crate) struct Stays {
     /// In order; those that cost nothing are left out.
     priced: Vec<Stay>,
-    /// Who cannot be made to give way and never leaves.
-    pub(crate) never: Option<(DroneId, Why)>,
+    /// Who cannot be made to give way and never leaves, and from when on it is there.
+    pub(crate) never: Option<(DroneId, Why, Tick)>,
 }
 
 /// A stay that costs something.
@@ -39,7 +39,7 @@ struct StayPrice {
     /// Least total of any later step.
     later: Vec<u32>,
     /// See [`Stays::never`].
-    never: Option<(DroneId, Why)>,
+    never: Option<(DroneId, Why, Tick)>,
 }
 
 impl StayPrice {
@@ -53,7 +53,7 @@ impl StayPrice {
         let never = blockers
             .iter()
             .find(|b| b.clear == Tick::FOREVER && setting.weights[b.drone.0 as usize] == IMMOVABLE)
-            .map(|b| (b.drone, b.why));
+            .map(|b| (b.drone, b.why, b.began));
         let steps = steps(setting.weights, blockers, ticks);
         let mut later = vec![u32::MAX; steps.len()];
         for index in (1..steps.len()).rev() {

@@ -610,6 +610,33 @@ fn all_that_fly_land_soon_and_near_in_one_patch_and_who_is_on_the_ground_stays_t
 }
 
 #[test]
+fn those_that_land_already_are_left_as_they_are_however_often_it_is_asked() {
+    let mut service = open(THREE);
+    let first = land_all(&mut service, 0.2);
+    assert!(first.record.is_some());
+    let plan = plan_text(&mut service);
+    let down_s = {
+        let drones = &service.flown.as_ref().unwrap().running.plan().drones;
+        drones
+            .iter()
+            .filter_map(|it| it.airborne_s.1)
+            .fold(0.0, f64::max)
+    };
+    let mut at_s = 0.2;
+    while at_s < down_s {
+        let again = land_all(&mut service, at_s);
+        assert_eq!(again.record, None, "{at_s}");
+        let Some(Told::Landing(landing)) = again.answer.result else {
+            panic!("{at_s}: {:?}", again.answer.error);
+        };
+        assert_eq!((landing.revision, landing.patch.revision), (2, 2), "{at_s}");
+        assert!(landing.patch.changed.is_empty() && landing.not_landing.is_empty());
+        assert_eq!(plan_text(&mut service), plan, "{at_s}");
+        at_s += 0.7;
+    }
+}
+
+#[test]
 fn one_that_has_no_place_to_land_is_named_and_goes_on() {
     // On the floor there is room for two, who stand there.
     let mut service = open(

@@ -120,11 +120,11 @@ impl<'a> Search<'a> {
 
     /// Looks until it has expanded so many states in all; `None` if it is to go on from there.
     pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
-        if let Some(never) = self.stays.never {
+        if let Some((drone, why, at)) = self.stays.never {
             return Some(Found::Blocked(Some(Obstruction {
-                by: Obstructor::Drone(never.0, never.1),
+                by: Obstructor::Drone(drone, why),
                 at_m: self.setting.roadmap.position_m(self.agent.last_vertex()),
-                at: Tick(0),
+                at,
                 remaining: 0,
             })));
         }

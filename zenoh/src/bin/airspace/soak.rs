@@ -53,6 +53,15 @@ struct Running {
     flown: Vec<PathBuf>,
 }
 
+/// None is left behind: where one has failed the others end with the command.
+impl Drop for Running {
+    fn drop(&mut self) {
+        // One that has ended has nothing to be told.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 impl Running {
     /// Where it is reached: what it says first.
     fn port(&mut self) -> Result<u16, Broken> {
@@ -140,7 +149,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
         }
         let one: Counted = serde_json::from_str(&text)?;
         counted.push((name.clone(), one));
-        flown.insert(name.clone(), it.flown);
+        flown.insert(name.clone(), std::mem::take(&mut it.flown));
     }
     let rules = rules(arguments)?;
     let found = judged(arguments, &rules, &flown)?;
@@ -318,4 +327,28 @@ fn told(arguments: &Arguments, counted: &[(String, Counted)], found: &Found) -> 
         println!("  {it}");
     }
     found.violations.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::fd::AsFd as _;
+
+    use super::*;
+
+    #[test]
+    fn a_planner_ends_with_the_command_that_started_it() {
+        let mut command = Command::new("sleep");
+        let mut child = command.arg("600").stdout(Stdio::piped()).spawn().unwrap();
+        let says = child.stdout.take().unwrap();
+        let still = says.as_fd().try_clone_to_owned().unwrap();
+        drop(Running {
+            child,
+            says: BufReader::new(says),
+            words: Vec::new(),
+            flown: Vec::new(),
+        });
+        // It ends where no process writes any more.
+        let mut text = String::new();
+        fs::File::from(still).read_to_string(&mut text).unwrap();
+    }
 }

@@ -34,6 +34,29 @@ fn a_drone_in_the_way_gives_way() {
 }
 
 #[test]
+fn a_drone_that_comes_where_another_will_end_is_told_from_when_on() {
+    let (world, plan) = planned(
+        r#"Scenario(name: "line", bounds_m: (min: (0, 0, 0), max: (24, 5, 3)),
+          drones: [(name: "a", airframe: "kolibri", start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (12.5, 2.5, 1.5))])])"#,
+    );
+    let Change::Added(mut new) = another(&world, "new", [12.5, 2.5, 1.5], task(0.0, 0.0, 0.0))
+    else {
+        panic!("it is added");
+    };
+    new.tasks.clear();
+    let change = Change::Added(new);
+    let (_, told) = replan(&world, &plan, 1.0, &[change], &Control::QUIET).expect("in order");
+    let reason = &told.refused.first().expect("its place is taken").reason;
+    let arrives_s = find(&plan, "a").arrives_s;
+    let told_s = reason
+        .split(" from ")
+        .nth(1)
+        .and_then(|it| it.split(' ').next());
+    let told_s: f64 = told_s.expect(reason).parse().expect(reason);
+    assert!((told_s - arrives_s).abs() < 1.0, "{reason}; {arrives_s}");
+}
+
+#[test]
 fn a_late_drone_that_is_in_conflict_already_is_told_of() {
     // `b` follows `a` at a distance; `a` stops, and `b` is in its body before it can stop.
     let (world, plan) = planned(
