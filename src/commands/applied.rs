@@ -58,23 +58,30 @@ pub(crate) fn helps(applied: &Applied) -> bool {
 }
 
 /// What it does to them.
-pub(crate) fn section(report: &mut Report, applied: &Applied, names: &[String]) {
+pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingFile) {
+    let names = &finding.names;
     let what = match names.is_empty() {
         true => "The finding names nothing: after is as before.".to_owned(),
         false => format!("With {}.", joined(names.iter(), ", ")),
     };
+    let begun = finding.begun.iter().map(|(name, t_s)| {
+        Part::Line(format!(
+            "{name} began at {t_s:.0} s of the recording that it was found in, which no other recording's clock tells: it is applied from the first second on."
+        ))
+    });
     let how = "Nothing is fitted to these recordings. Offset: one a drone or probe and recording is taken off, before and after alike. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six.";
     let table = |rows: &[Compared]| {
         let headings = "where | offset | rows | recordings | rms before | after (95 %) | R2 before | after (95 %) | gained (95 %)";
         let rows = rows.iter().map(|row| cells(row, applied.channel));
         Part::table("llrrrrrrr", headings, rows)
     };
-    let parts = vec![
-        Part::Line(what),
+    let mut parts = vec![Part::Line(what)];
+    parts.extend(begun);
+    parts.extend([
         Part::line(how),
         table(&applied.all),
         table(&applied.by_flight).shortened(SHOWN),
-    ];
+    ]);
     report.section("Finding applied", parts);
 }
 

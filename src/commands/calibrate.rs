@@ -6,11 +6,12 @@ mod words;
 use clap::Args;
 use diagnosis::calibrate::{Options, Verdict, calibrate, jet_ron};
 
-use super::recordings::Asked;
+use super::recordings::{Asked, Read, sentences};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::io::progress::Progress;
 use crate::plots;
+use crate::report::sections::Part;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -23,7 +24,11 @@ pub(crate) struct Arguments {
 
 /// Answers no where one jet does not describe the readings.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let (recordings, name) = arguments.asked.read()?;
+    let Read {
+        recordings,
+        name,
+        left_out,
+    } = arguments.asked.read()?;
     let options = Options {
         seed: arguments.seed,
         ..Options::default()
@@ -32,7 +37,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let found = calibrate(&recordings, &options)?;
     progress.finish();
     let figures = plots::calibration::draw(&name, &found, &recordings);
-    let report = words::report(&name, &found, figures);
+    let mut report = words::report(&name, &found, figures);
+    report.section(
+        "Remarks",
+        Part::list(sentences(&left_out, "calibration.json")),
+    );
     let json = ("calibration.json", usize::MAX, "calibration/1");
     let jet = ("jet.ron".to_owned(), jet_ron(&found));
     arguments

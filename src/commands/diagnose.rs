@@ -17,7 +17,7 @@ use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
 use super::answers::Printed;
-use super::recordings::{Asked, RemarkOf, noticed, sentences};
+use super::recordings::{Asked, Read, RemarkOf, noticed, sentences};
 use super::{applied, by_name};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
@@ -96,14 +96,25 @@ const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Powe
 /// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole
 /// flights held out.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let (recordings, name) = arguments.asked.read()?;
+    let Read {
+        recordings,
+        name,
+        left_out,
+    } = arguments.asked.read()?;
+    let logs = recordings.iter().filter(|one| is_log(one)).count();
+    let are_logs = logs > 0 && logs == recordings.len();
+    if are_logs && let Some(channel) = arguments.channel {
+        return Err(Failure::Inapplicable(vec![format!(
+            "--channel {} chooses among readings of probes and receivers; flight logs are judged by the forces on their drones",
+            channel_words(channel).file_stem
+        )]));
+    }
     if let Some(finding) = &arguments.finding {
         let finding = applied::read(finding)?;
         let asked = (&arguments.asked, arguments.channel);
-        return judge(asked, &recordings, Vec::new(), (&name, &finding));
+        let read = (&recordings[..], left_out);
+        return judge(asked, read, Vec::new(), (&name, &finding));
     }
-    let logs = recordings.iter().filter(|one| is_log(one)).count();
-    let are_logs = logs > 0 && logs == recordings.len();
     let format = arguments.asked.format;
     match (are_logs, &arguments.normal) {
         (true, Some(normal)) => {
@@ -115,7 +126,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             return hardware::run(format, &recordings, names);
         }
         (true, None) => {
-            let (answer, found) = run_flights(arguments, &recordings, &name)?;
+            let (answer, found) = run_flights(arguments, (&recordings, left_out), &name)?;
             return judge_others(arguments, recordings, (&name, &found), answer);
         }
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
@@ -129,14 +140,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         [] => return Err(Failure::Diagnose(errors)),
         [(recording, finding)] if recordings.len() == 1 => {
             let report = report(recording, finding);
-            deliver(
-                &arguments.asked,
-                (&name, report),
-                finding,
-                (&recordings, finding),
-            )?;
+            let read = (&recordings[..], left_out);
+            deliver(&arguments.asked, (&name, report), finding, (read, finding))?;
         }
-        several => deliver_all(&arguments.asked, &name, several)?,
+        several => deliver_all(&arguments.asked, &name, several, &left_out)?,
     }
     if !errors.is_empty() {
         return Err(Failure::Diagnose(errors));
@@ -164,15 +171,15 @@ fn judge_others(
         path: "finding.ron".into(),
         error: error.into(),
     })?;
-    let others = arguments.asked.read_others(&arguments.judge)?;
+    let others = arguments.asked.read_at(&arguments.judge)?;
     let from = own.len();
-    let recordings = [own, others].concat();
+    let recordings = [own, others.recordings].concat();
     let judged = (from..recordings.len()).collect();
     let folder = arguments.asked.folder(name, MAIN)?.path.join("judged");
     let asked = arguments.asked.after(folder);
     let helps = judge(
         (&asked, arguments.channel),
-        &recordings,
+        (&recordings, others.left_out),
         judged,
         (name, &file),
     )?;
@@ -182,7 +189,7 @@ fn judge_others(
 /// A finding held against recordings: answers no where it predicts them no better.
 fn judge(
     (asked, channel): (&Asked, Option<Channel>),
-    recordings: &[Recording],
+    (recordings, left_out): (&[Recording], Vec<RemarkOf>),
     judged: Vec<usize>,
     (name, finding): (&str, &FindingFile),
 ) -> Result<Answer, Failure> {
@@ -195,13 +202,18 @@ fn judge(
         false => format!("{name}: the finding does not predict these recordings better"),
     };
     let mut report = Report::new(title, applied::lead(recordings, &applied));
-    applied::section(&mut report, &applied, &finding.names);
+    applied::section(&mut report, &applied, finding);
     let figures = applied::figures(name, recordings, &applied).into_iter();
     report.section(
         "Residuals before and after",
         figures.map(Part::Figure).collect(),
     );
-    asked.deliver((name, &report), JUDGED, &applied, Vec::new())?;
+    remark(&mut report, &left_out);
+    let answer = Remarked {
+        answer: &applied,
+        remarks: &left_out,
+    };
+    asked.deliver((name, &report), JUDGED, &answer, Vec::new())?;
     Ok(Answer::from(helps))
 }
 
@@ -212,7 +224,7 @@ fn is_explained(finding: &Finding) -> bool {
 /// Flight logs of one campaign, by the forces on their drones: vertical ones make the finding.
 fn run_flights(
     asked: &Arguments,
-    logs: &[Recording],
+    (logs, left_out): (&[Recording], Vec<RemarkOf>),
     name: &str,
 ) -> Result<(Answer, Finding), Failure> {
     let options = flights::options(logs, asked.alone, asked.near_floor)?;
@@ -226,7 +238,7 @@ fn run_flights(
         &asked.asked,
         (name, report),
         &found.finding,
-        (logs, &answer),
+        ((logs, left_out), &answer),
     )?;
     Ok((Answer::from(is_explained(&found.finding)), found.finding))
 }
@@ -237,10 +249,11 @@ fn deliver(
     asked: &Asked,
     (name, mut report): (&str, Report),
     finding: &Finding,
-    (recordings, answer): (&[Recording], &impl Serialize),
+    ((recordings, mut remarks), answer): ((&[Recording], Vec<RemarkOf>), &impl Serialize),
 ) -> Result<(), Failure> {
     let finding = ("finding.ron".to_owned(), finding_ron(finding));
-    let remarks = &noticed(recordings);
+    remarks.extend(noticed(recordings));
+    let remarks = &remarks;
     remark(&mut report, remarks);
     let answer = Remarked { answer, remarks };
     asked.deliver((name, &report), (MAIN, 2, FORMAT), &answer, vec![finding])
@@ -251,7 +264,12 @@ fn remark<'r>(report: &mut Report, remarks: impl IntoIterator<Item = &'r RemarkO
 }
 
 /// Writes each finding to a folder of its own, and prints a line of each.
-fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Result<(), Failure> {
+fn deliver_all(
+    asked: &Asked,
+    name: &str,
+    found: &[(&Recording, Finding)],
+    left_out: &[RemarkOf],
+) -> Result<(), Failure> {
     let out = asked.folder(name, MAIN)?.path;
     let remarks_of =
         |(recording, _): &(&Recording, Finding)| noticed(std::slice::from_ref(*recording));
@@ -283,7 +301,10 @@ fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Re
         }
         Format::Text => {
             let mut summary = words::summary(found);
-            remark(&mut summary, noticed.iter().flatten());
+            remark(
+                &mut summary,
+                left_out.iter().chain(noticed.iter().flatten()),
+            );
             format!(
                 "{}\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
                 summary.text(),

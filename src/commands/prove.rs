@@ -127,8 +127,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 
 /// The table of real flights; campaign files are those that ship, below the current folder.
 fn flights(folder: &Path) -> Result<Answer, Failure> {
-    let read =
-        |set: &Set| recordings::read_all(&[folder.join(set.folder)], Some(Path::new(set.campaign)));
+    let read = |set: &Set| {
+        let paths = [folder.join(set.folder)];
+        let read = recordings::read_all(&paths, Some(Path::new(set.campaign)))?;
+        Ok::<_, Failure>(read.recordings)
+    };
     let swarm = read(&SWARM)?;
     let ask = |question: &Question| {
         let options = diagnose::flights::options(&swarm, question.alone, question.near_floor)?;

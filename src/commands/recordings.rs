@@ -12,7 +12,7 @@ use super::answers;
 use crate::io::answer::{Format, print};
 use crate::io::failure::Failure;
 use crate::io::files::OutFolder;
-use crate::io::recordings;
+use crate::io::recordings::{self, ReadAll};
 use crate::report::page;
 use crate::report::sections::Report;
 use crate::report::words::wrote;
@@ -57,6 +57,14 @@ impl RemarkOf {
     }
 }
 
+/// What a run is about: recordings, what it is called, and what was noticed about those that it
+/// leaves out.
+pub(crate) struct Read {
+    pub(crate) recordings: Vec<Recording>,
+    pub(crate) name: String,
+    pub(crate) left_out: Vec<RemarkOf>,
+}
+
 /// What reading these recordings and simulating their probes and receivers noticed.
 pub(crate) fn noticed(recordings: &[Recording]) -> Vec<RemarkOf> {
     let of = |recording: &Recording| {
@@ -94,17 +102,26 @@ pub(crate) fn sentences<'r>(
 }
 
 impl Asked {
-    /// Every recording, sorted by name, and what the run is called.
-    pub(crate) fn read(&self) -> Result<(Vec<Recording>, String), Failure> {
-        let recordings = recordings::read_all(&self.recordings, self.meta.as_deref())?;
-        let first = recordings.first().map_or("recordings", |first| &first.name);
-        let name = recordings::name_of(&self.recordings, first);
-        Ok((recordings, name))
+    /// Every recording, sorted by name.
+    pub(crate) fn read(&self) -> Result<Read, Failure> {
+        self.read_at(&self.recordings)
     }
 
     /// More recordings, read with the same campaign file.
-    pub(crate) fn read_others(&self, paths: &[PathBuf]) -> Result<Vec<Recording>, Failure> {
-        recordings::read_all(paths, self.meta.as_deref())
+    pub(crate) fn read_at(&self, paths: &[PathBuf]) -> Result<Read, Failure> {
+        let ReadAll {
+            recordings,
+            left_out,
+        } = recordings::read_all(paths, self.meta.as_deref())?;
+        let first = recordings.first().map_or("recordings", |first| &first.name);
+        let name = recordings::name_of(paths, first);
+        let left_out = left_out.into_iter();
+        let left_out = left_out.map(|(recording, remark)| RemarkOf { recording, remark });
+        Ok(Read {
+            name,
+            left_out: left_out.collect(),
+            recordings,
+        })
     }
 
     /// The same for what follows an answer, in a folder below its own; of several JSON objects the

@@ -17,7 +17,7 @@ use diagnosis::infer::finding_file::FindingFile;
 use diagnosis::record::recording::Recording;
 
 use super::applied;
-use super::recordings::Asked;
+use super::recordings::{Asked, Read};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots;
@@ -40,7 +40,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let (mut recordings, name) = arguments.asked.read()?;
+    let Read {
+        mut recordings,
+        name,
+        mut left_out,
+    } = arguments.asked.read()?;
     let finding = arguments
         .finding
         .as_deref()
@@ -75,6 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let simulated = all.iter().map(|one| (&one.recording, &one.samples[..]));
     let simulated: Vec<(&Recording, &[Sample])> = simulated.collect();
     let figures = plots::simulation::draw(&name, &simulated, scatter_n);
+    left_out.extend(all.iter().flat_map(Simulated::remarks));
     let printed = Printed {
         recordings: all.iter().map(|one| one.recording.name.as_str()).collect(),
         samples: samples.len(),
@@ -83,11 +88,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         thrust_maps,
         held_out,
         applied: judged,
-        remarks: all.iter().flat_map(Simulated::remarks).collect(),
+        remarks: left_out,
     };
     let mut report = words::report(&name, &all, &printed, figures);
     if let (Some(judged), Some(finding)) = (&printed.applied, &finding) {
-        applied::section(&mut report, judged, &finding.names);
+        applied::section(&mut report, judged, finding);
         let more = more_figures.into_iter().map(Part::Figure);
         report.section("Residuals before and after", more.collect());
     }

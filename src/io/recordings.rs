@@ -28,12 +28,22 @@ const PARENTS: usize = 2;
 /// A folder of this name holds the flights of the folder that it is in.
 const FLIGHTS: &str = "flights";
 
-/// Reads every recording at `paths`, sorted by name: folders with a meta.json; flight logs, alone
-/// or in a folder, with the campaign file `meta`, or the campaign.ron beside or above them.
-pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Recording>, Failure> {
+/// Recordings sorted by name, and what was left out: each with the name of its recording.
+#[derive(Debug)]
+pub(crate) struct ReadAll {
+    pub(crate) recordings: Vec<Recording>,
+    pub(crate) left_out: Vec<(String, Remark)>,
+}
+
+/// Reads every recording at `paths`: folders with a meta.json; flight logs, alone or in a folder,
+/// with the campaign file `meta`, or the campaign.ron beside or above them. One that is named must
+/// be in order; of those that only its folder names, one that is not is left out.
+pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<ReadAll, Failure> {
     let mut sources = Vec::new();
-    for path in paths {
-        find(path, &mut sources)?;
+    let found = paths.iter().map(|path| find(path, &mut sources));
+    let missing: Vec<Failure> = found.filter_map(Result::err).collect();
+    if !missing.is_empty() {
+        return Err(Failure::Several(missing));
     }
     sources.sort();
     sources.dedup();
@@ -57,39 +67,43 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
         .map(|(source, file)| source.read(file.map(|file| &parsed[file])))
         .collect();
     let mut recordings = Vec::with_capacity(read.len());
-    let (mut problems, mut left_out) = (Vec::new(), Vec::new());
+    let (mut problems, mut bad) = (Vec::new(), Vec::new());
     for (source, one) in sources.iter().zip(read) {
         match one? {
             Ok(recording) => recordings.push(recording),
-            Err(Problems(more)) if source.kind == Kind::Folder || paths.contains(&source.path) => {
-                problems.extend(more);
-            }
-            Err(more) => left_out.push((source, more.0)),
+            Err(Problems(more)) if paths.contains(&source.path) => problems.extend(more),
+            Err(more) => bad.push((source, more.0)),
         }
     }
-    let Some(first) = recordings.first_mut().filter(|_| problems.is_empty()) else {
-        problems.extend(left_out.into_iter().flat_map(|(_, more)| more));
+    if recordings.is_empty() || !problems.is_empty() {
+        problems.extend(bad.into_iter().flat_map(|(_, more)| more));
         return Err(refused(Problems(problems)));
+    }
+    let mut left_out = Vec::new();
+    let mut tell = |name: &str, message| {
+        let remark = Remark::new(RemarkKind::Unused, None, message);
+        left_out.push((name.to_owned(), remark));
     };
-    for (source, problems) in left_out {
+    for (source, problems) in bad {
         let told = problems.first().map_or(String::new(), |problem| {
             let help = problem.help.iter().map(|help| format!(" ({help})"));
             format!(": {problem}{}", help.collect::<String>())
         });
-        let message = format!("the flight {} is left out{told}", source.path.display());
-        let kind = RemarkKind::Unused;
-        first.remarks.push(Remark::new(kind, None, message));
+        let message = format!("{} is left out{told}", source.path.display());
+        tell(&source.name, message);
     }
     for (copy, of) in copies {
         let message = format!(
             "{} is a copy of {}: one flight",
-            copy.display(),
+            copy.path.display(),
             of.display()
         );
-        let kind = RemarkKind::Unused;
-        first.remarks.push(Remark::new(kind, None, message));
+        tell(&copy.name, message);
     }
-    Ok(recordings)
+    Ok(ReadAll {
+        recordings,
+        left_out,
+    })
 }
 
 /// Logs that are of one flight by their campaign become one source, which takes the place of the
@@ -153,21 +167,28 @@ fn joined<'f>(
     Ok(all.into_iter().unzip())
 }
 
-/// Takes out logs that hold the same bytes as one before; of each its path and the other's.
-fn take_copies(sources: &mut Vec<Source>) -> Result<Vec<(PathBuf, PathBuf)>, Failure> {
+/// Takes out logs that hold the same bytes as one before; with each the other's path.
+fn take_copies(sources: &mut Vec<Source>) -> Result<Vec<(Source, PathBuf)>, Failure> {
     let mut by_size: BTreeMap<u64, Vec<PathBuf>> = BTreeMap::new();
-    let mut copies = Vec::new();
-    for source in sources.iter().filter(|of| of.kind == Kind::Log) {
+    let (mut copies, mut kept) = (Vec::new(), Vec::new());
+    for source in std::mem::take(sources) {
+        if source.kind != Kind::Log {
+            kept.push(source);
+            continue;
+        }
         let path = &source.path;
         let of = fs::metadata(path).map_err(Failure::read(path))?;
         let alike = by_size.entry(of.len()).or_default();
         let is_same = |other: &&PathBuf| matches!(is_same(path, other), Ok(true));
-        match alike.iter().find(is_same) {
-            Some(other) => copies.push((path.clone(), other.clone())),
-            None => alike.push(path.clone()),
+        match alike.iter().find(is_same).cloned() {
+            Some(other) => copies.push((source, other)),
+            None => {
+                alike.push(path.clone());
+                kept.push(source);
+            }
         }
     }
-    sources.retain(|source| copies.iter().all(|(copy, _)| *copy != source.path));
+    *sources = kept;
     Ok(copies)
 }
 

@@ -42,8 +42,21 @@ pub enum CalibrateError {
     Undetermined,
     /// The search for the best constants did not end.
     /// It holds `B`, `S` and `s₀` where it stopped.
-    #[error("the fit did not converge; at B = {:.3}, S = {:.4}, s0 = {:.2} it gave up", .0[0], .0[1], .0[2])]
+    #[error(
+        "the readings determine no jet: the fit runs away to {}; `plan diagnose` says how they differ from the paper's jet: is the probe's scale cut off, do all readings come from one place?",
+        run_away(.0)
+    )]
     NotConverged([f64; 3]),
+}
+
+/// The constants where a search stopped, in words.
+fn run_away(constants: &[f64; 3]) -> String {
+    let named = ["B", "S", "s0"].iter().zip(constants);
+    let words = named.map(|(name, value)| match value.is_finite() {
+        true => format!("{name} = {value:.3}"),
+        false => format!("{name} beyond all bounds"),
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 fn most_dropped(counts: &Counts) -> String {

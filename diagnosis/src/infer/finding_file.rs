@@ -1,6 +1,6 @@
 //! The text of `finding.ron`: what a scenario cites to fly through the corrected air.
 
-use airflow::effects::{EffectSpec, Effects};
+use airflow::effects::{EffectSpec, Effects, PayloadMass};
 use ron::Options;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
@@ -67,6 +67,10 @@ pub fn finding_ron(finding: &Finding) -> String {
     let pretty = PrettyConfig::new().depth_limit(4).escape_strings(false);
     let members = options.to_string_pretty(&file, pretty);
     let members = members.expect("numbers, texts and lists have a form in RON");
+    let begins = finding
+        .effects
+        .iter()
+        .any(|of| of.parameters.contains_key("t0"));
     let mut text = String::from(
         "// What is missing in the simulation of a recording, as diagnosed.\n\
          // A scenario flies through the corrected air: air: (finding: \"finding.ron\")\nFinding",
@@ -78,6 +82,9 @@ pub fn finding_ron(finding: &Finding) -> String {
         let effect = EffectSpec::named(key).filter(|_| indent.len() == 8);
         let above = effect.map(|spec| spec.equation).or(match key {
             _ if indent.len() != 4 => None,
+            "effects" if begins => Some(
+                "Of the air and of the drones in it: this is flown, from the first second on (t0 is a time of the recording).",
+            ),
             "effects" => Some("Of the air and of the drones in it: this is flown."),
             "sensor" => Some("Of the instruments: this is not flown."),
             "outside" => Some("Outside the library: this is not flown."),
@@ -108,6 +115,9 @@ pub struct FindingFile {
     pub correction: Hypothesis,
     /// Their names.
     pub names: Vec<String>,
+    /// Those that began part-way through the recording that they were found in, each with when (s).
+    /// Another recording's clock knows nothing of that: they are applied from its beginning on.
+    pub begun: Vec<(String, f64)>,
     /// Whether it was found from drones that fly alone: the wake itself is among the effects.
     pub is_alone: bool,
 }
@@ -131,13 +141,22 @@ struct Applied {
 pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
     let options = Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
     let Applied {
-        effects,
+        mut effects,
         sensor,
         named,
     } = options.from_str(text).map_err(NoFinding)?;
     // The wake of drones that were taken to fly alone is no effect of a jet.
     let wake = named.iter().find(|effect| effect.name == "downwash");
     let strength = wake.and_then(|effect| effect.parameters.get("f"));
+    let moment = |effect: &Effect| {
+        let at = effect.parameters.get("t0")?;
+        Some((effect.name.clone(), at.value))
+    };
+    let begun = named.iter().filter_map(moment).collect();
+    // The one effect of the air that has its moment within.
+    effects.payload_mass = effects
+        .payload_mass
+        .map(|payload| PayloadMass::always(payload.mass_factor));
     Ok(FindingFile {
         correction: Hypothesis {
             effects,
@@ -145,6 +164,7 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
             downwash: strength.map(|estimate| estimate.value),
         },
         is_alone: wake.is_some(),
+        begun,
         names: named.into_iter().map(|effect| effect.name).collect(),
     })
 }
@@ -153,7 +173,7 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
 mod tests {
     use std::collections::BTreeMap;
 
-    use airflow::effects::{Crossflow, EntrainmentRadial, PayloadMass};
+    use airflow::effects::{Crossflow, EntrainmentRadial};
 
     use super::*;
     use crate::forward::simulate::Channel;
@@ -215,6 +235,28 @@ mod tests {
         options
             .from_str(text)
             .unwrap_or_else(|error| panic!("{error}\n{text}"))
+    }
+
+    #[test]
+    fn what_began_at_a_time_of_its_recording_is_applied_from_the_beginning_of_another() {
+        let mut payload = effect("payload_mass", Kind::Physics);
+        let at = Estimate::around(42.0, 0.0, "s");
+        payload.parameters.insert("t0".to_owned(), at);
+        let correction = Hypothesis {
+            effects: Effects {
+                payload_mass: Some(PayloadMass {
+                    since_s: 42.0,
+                    ..PayloadMass::always(1.2)
+                }),
+                ..Effects::default()
+            },
+            ..Hypothesis::default()
+        };
+        let text = finding_ron(&finding(vec![payload], correction));
+        let file = read_finding(&text).expect("a finding");
+        assert_eq!(file.begun, [("payload_mass".to_owned(), 42.0)]);
+        let payload = file.correction.effects.payload_mass;
+        assert_eq!(payload, Some(PayloadMass::always(1.2)));
     }
 
     #[test]

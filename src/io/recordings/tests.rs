@@ -25,14 +25,14 @@ fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
     folder
 }
 
-fn names(recordings: &[Recording]) -> Vec<&str> {
-    recordings
+fn names(read: &ReadAll) -> Vec<&str> {
+    read.recordings
         .iter()
         .map(|recording| recording.name.as_str())
         .collect()
 }
 
-fn said(answer: Result<Vec<Recording>, Failure>) -> String {
+fn said(answer: Result<ReadAll, Failure>) -> String {
     answer.expect_err("is refused").to_string()
 }
 
@@ -111,6 +111,11 @@ fn what_is_no_recording_is_said_with_the_way_out() {
     assert!(ask("b.txt").contains("is no flight log"));
     assert!(ask("empty").contains("holds no recording"));
     assert!(ask("nowhere").starts_with("cannot read"));
+    let paths = ["nowhere", "neither", "b.txt"].map(|name| folder.path().join(name));
+    let all = said(read_all(&paths, None));
+    for name in ["nowhere: ", "neither: ", "b.txt: is no flight log"] {
+        assert!(all.contains(name), "{all}");
+    }
     let by_hand = folder.path().join("mine.ron");
     fs::write(&by_hand, CAMPAIGN_RON).expect("written");
     let torn = said(read_all(
@@ -130,7 +135,7 @@ fn the_tables_of_one_px4_log_are_one_recording() {
     ]);
     let read = read_all(&[folder.path().to_owned()], None).expect("in order");
     assert_eq!(names(&read), ["log_7"]);
-    assert_eq!(read[0].vehicles[0].track.position_m[0].z, 1.0);
+    assert_eq!(read.recordings[0].vehicles[0].track.position_m[0].z, 1.0);
 }
 
 #[test]
@@ -143,15 +148,14 @@ fn a_flight_that_cannot_be_used_is_left_out_with_a_remark_and_copies_are_one_fli
     ]);
     let read = read_all(&[folder.path().to_owned()], None).expect("one is left");
     assert_eq!(names(&read), ["a"]);
-    let remarks: Vec<&str> = read[0]
-        .remarks
-        .iter()
-        .map(|of| of.message.as_str())
-        .collect();
-    let is_told = |words: &str| remarks.iter().any(|remark| remark.contains(words));
-    assert!(is_told("b.csv is left out"), "{remarks:#?}");
-    assert!(is_told("is not a number: \"zero\""), "{remarks:#?}");
-    assert!(is_told("c.csv is a copy of"), "{remarks:#?}");
+    // Each under its own name.
+    let is_told = |of: &str, words: &str| {
+        let mut left_out = read.left_out.iter();
+        left_out.any(|(name, remark)| name == of && remark.message.contains(words))
+    };
+    assert!(is_told("b", "b.csv is left out"), "{read:#?}");
+    assert!(is_told("b", "is not a number: \"zero\""), "{read:#?}");
+    assert!(is_told("c", "c.csv is a copy of"), "{read:#?}");
     // What is named is not left out.
     let said = said(read_all(
         &[folder.path().join("a.csv"), folder.path().join("b.csv")],

@@ -35,6 +35,51 @@ pub(super) struct Rows {
     pub(super) names: Vec<String>,
 }
 
+/// Bytes with every line ended by one `\n`, the last one too: the csv crate counts the `\n` of a
+/// `\r\n` to the line below.
+struct Lines<R> {
+    bytes: R,
+    before: u8,
+}
+
+impl<R: Read> Lines<R> {
+    fn of(bytes: R) -> Lines<R> {
+        Lines {
+            bytes,
+            before: b'\n',
+        }
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            let read = self.bytes.read(into)?;
+            if read == 0 {
+                let is_open = !into.is_empty() && !matches!(self.before, b'\r' | b'\n');
+                if is_open {
+                    self.before = b'\n';
+                    into[0] = b'\n';
+                }
+                return Ok(usize::from(is_open));
+            }
+            let mut kept = 0;
+            for at in 0..read {
+                let byte = into[at];
+                if (self.before, byte) != (b'\r', b'\n') {
+                    into[kept] = if byte == b'\r' { b'\n' } else { byte };
+                    kept += 1;
+                }
+                self.before = byte;
+            }
+            // A lone second half of an end: nothing is no end of the file.
+            if kept > 0 {
+                return Ok(kept);
+            }
+        }
+    }
+}
+
 impl<'b> Table<'b> {
     /// Reads the header; `None` when there is none that could be used.
     pub(super) fn open(
@@ -46,7 +91,7 @@ impl<'b> Table<'b> {
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
             .trim(csv::Trim::Headers)
-            .from_reader(Box::new(bytes) as Box<dyn Read>);
+            .from_reader(Box::new(Lines::of(bytes)) as Box<dyn Read>);
         let header: Vec<String> = match reader.headers() {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(error) => {
@@ -141,7 +186,8 @@ impl<'b> Table<'b> {
                     break;
                 }
             }
-            let line = record.position().map_or(0, csv::Position::line);
+            // Where it ends: blank lines before it count to where a record begins.
+            let line = self.reader.position().line() - 1;
             let (fields, wanted) = (record.len(), self.header.len());
             if fields != wanted {
                 misshapen += 1;
@@ -303,6 +349,24 @@ mod tests {
     fn a_row_of_another_length_is_named_with_its_line() {
         let (_, problems) = read("t_s,x_m\n0,1\n1\n", &[0]);
         assert_eq!(problems, ["t.csv:3: has 1 fields where the header has 2"]);
+    }
+
+    #[test]
+    fn lines_are_counted_whatever_ends_them_and_blank_ones_too() {
+        for end in ["\n", "\r\n", "\r"] {
+            for (blank, line) in [("", 4), (end, 5)] {
+                let text = format!("t_s{end}0{end}{blank}1{end}oops");
+                let said = format!("t.csv:{line}: `t_s`: is not a number: \"oops\"");
+                assert_eq!(read(&text, &[0]).1, [said], "{text:?}");
+            }
+        }
+        // Cut anywhere, an end is one.
+        let (mut lines, mut all) = (Lines::of(&b"a\r\nb\r\n"[..]), Vec::new());
+        let mut one = [0];
+        while lines.read(&mut one).is_ok_and(|read| read == 1) {
+            all.push(one[0]);
+        }
+        assert_eq!(all, b"a\nb\n");
     }
 
     #[test]
