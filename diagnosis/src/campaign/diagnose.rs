@@ -15,11 +15,11 @@ use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::diagnose::{departing, detectable, effects, ranked};
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
-use crate::infer::outside::{Remains, global_test, is_sure, outside};
+use crate::infer::outside::{Remains, global_test, is_sure, outside, standing};
 use crate::infer::select::{flexible, singles};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
-use crate::statistics::quantile::{difference, root_mean_square};
+use crate::statistics::quantile::root_mean_square;
 use crate::statistics::scan;
 use crate::thrust::free_flight::ABOVE_FLOOR_M;
 use crate::thrust::identify::IdentifyError;
@@ -210,19 +210,30 @@ pub fn diagnose_campaign(
     let members = best.members(&candidates);
     let correction = setting.explanation(best);
     let simulated = forces.predict(&base);
-    let corrected = forces.predict(&correction);
-    let held_out = [
+    let mut corrected = forces.predict(&correction);
+    let mut held_out = [
         setting.predicted_held_out(&[], &chosen.selection.nothing.fit),
         setting.predicted_held_out(&members, &best.fit),
     ];
+    let of_rest = flexible(&setting, &best.fit);
+    let shape = outside(&setting, &chosen.selection, &test, &of_rest, false);
+    let shape = shape.and_then(|shape| standing(&setting, &chosen.selection, shape));
+    if let Some(shape) = shape.as_ref().filter(|_| members.is_empty()) {
+        // Without a name there is nothing else to show; beside names their own figures stand.
+        for predicted in [&mut corrected, &mut held_out[1]] {
+            let both = predicted.iter_mut().zip(&shape.correction);
+            both.for_each(|(f, more)| *f += more);
+        }
+    }
     let columns = forces.covariates().columns;
-    let judged = Judged::new(&forces, columns, &held_out);
+    let most_n = scatter.most_offset_n();
+    let judged = Judged::new(&forces, columns, &held_out, most_n);
     let held_out_of = |skill: &Skill| HeldOut {
         rms_before: skill.rms_before_n,
         rms_after: skill.rms_after_n[1],
         rms_after_low: skill.rms_after_n[0],
         rms_after_high: skill.rms_after_n[2],
-        noise_floor: root_mean_square(scatter.noise.sd()),
+        noise_floor: root_mean_square(scatter.noise.sd()).min(skill.rms_after_n[1]),
     };
     let skills = judged.skills();
     let turns = chosen.turns.iter();
@@ -231,7 +242,7 @@ pub fn diagnose_campaign(
     let steps: Vec<Vec<f64>> = std::iter::once(held_out[0].clone()).chain(steps).collect();
     let r2_gained = steps.windows(2).map(|pair| {
         let both = [pair[0].clone(), pair[1].clone()];
-        Judged::new(&forces, columns, &both).r2_gained()
+        Judged::new(&forces, columns, &both, most_n).r2_gained()
     });
     let sensors_first = |turn: &Turn| {
         let mut alternatives = turn.alternatives.clone();
@@ -240,10 +251,7 @@ pub fn diagnose_campaign(
     };
     let alternatives = chosen.turns.iter().map(sensors_first);
     let effects = effects(&setting, best, alternatives);
-    let of_rest = flexible(&setting, &best.fit);
-    let shape = outside(&setting, &chosen.selection, &test, &of_rest, false);
     let recorded = forces.recorded();
-    let rest = difference(&recorded, &simulated);
     let before = flexible(&setting, &chosen.selection.nothing.fit).gain;
     let left = &of_rest.gain;
     let remains = Remains {
@@ -265,6 +273,7 @@ pub fn diagnose_campaign(
         withdrawn: None,
         verdict: verdict(shape.is_some(), &effects),
         region: region(columns, &scatter, &recorded, &simulated, &corrected),
+        errors_follow: false,
         held_out: skills.first().map_or_else(HeldOut::default, held_out_of),
         // Before a wake is taken, what changes jets changes nothing.
         candidates: ranked(&candidates, &chosen.selection)
@@ -295,7 +304,7 @@ pub fn diagnose_campaign(
         columns: columns.to_vec(),
         next: next.map(|of| with_gain(&candidates, of)),
         curves: judged.curves(),
-        located: located(columns, &scatter, &rest),
+        located: located(columns, &scatter, &judged.rest_n()),
         flexible_gain: [before.total, left.total],
         flexible_gain_error: left.standard_error,
         offset_n: scatter.offset_n,
@@ -393,3 +402,6 @@ fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
     }
     advice
 }
+
+#[cfg(test)]
+mod tests;

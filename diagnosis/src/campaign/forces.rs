@@ -55,14 +55,16 @@ const REACH: f64 = 6.0;
 const MOST_KEPT: usize = 24;
 
 /// How many of them, from the first, say where a row is: what regions are told in.
-pub(super) const PLACES: usize = 4;
+pub(super) const PLACES: usize = 6;
 
 /// Names of the coordinates and their letters, in the order of `covariates`.
-pub const COORDINATES: [(&str, &str); 13] = [
+pub const COORDINATES: [(&str, &str); 15] = [
     ("depth m", "s"),
     ("beside m", "r"),
     ("beside/half-width", "xi"),
     ("height m", "h"),
+    ("x m", "x"),
+    ("y m", "y"),
     ("drones above", "n"),
     ("air m/s", "U"),
     ("own climb m/s", "V_z"),
@@ -520,6 +522,8 @@ fn covariates(forces: &Forces) -> (Vec<Vec<f64>>, Vec<Option<Place>>) {
             beside_m,
             xi,
             step.height_m,
+            step.position_m.x,
+            step.position_m.y,
             step.above.len() as f64,
             air_mps,
             step.velocity_mps.z,

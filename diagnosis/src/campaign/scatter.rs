@@ -12,14 +12,19 @@
 
 use super::forces::Forces;
 use crate::forward::observed::Explained;
+use crate::infer::intervals::NINETY_FIVE;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener};
 use crate::statistics::quantile::median;
 use crate::statistics::sequence::{Blocks, Sequence};
+use crate::statistics::tail;
 
 /// Most that one flight's offset may be (N): a gram.
-pub(super) const MOST_OFFSET_N: f64 = 0.0098;
+const MOST_OFFSET_N: f64 = 0.0098;
 /// Least, where flights happen to agree (N).
 const LEAST_OFFSET_N: f64 = 0.001;
+/// p-value (Student's t of the flights' own offsets) from which all flights share one. Chosen here:
+/// a tenth of what is asked of any finding, for drones of one flight may share theirs.
+const SHARED_P: f64 = 1e-4;
 /// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller
 /// or pack is worth.
 const SLOPE: f64 = 0.025;
@@ -33,6 +38,19 @@ pub(super) struct Scatter {
     pub(super) noise: Noise,
     /// `s` (N).
     pub(super) offset_n: f64,
+    /// Whether all flights share an offset.
+    is_shared: bool,
+}
+
+impl Scatter {
+    /// How far one flight's offset may be from 0 without a fault (N): a gram, and where all share
+    /// one, that is none of a flight's own, by 95 % of a normal law at most.
+    pub(super) fn most_offset_n(&self) -> f64 {
+        match self.is_shared {
+            true => (NINETY_FIVE * self.offset_n).min(MOST_OFFSET_N),
+            false => MOST_OFFSET_N,
+        }
+    }
 }
 
 /// The scatter around a simulation, which is given at every step of every part; steps are `step_s`
@@ -46,8 +64,13 @@ pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) ->
     let block: Vec<usize> = forces.judged().map(|(part, _)| part.flight).collect();
     let simulated_judged_n = forces.at_judged(simulated_n);
     let flow: Vec<f64> = simulated_judged_n.iter().map(|n| n.abs()).collect();
-    let both = forces.judged().zip(&simulated_judged_n);
-    let rest: Vec<f64> = both.map(|((_, step), n)| step.recorded_n - n).collect();
+    // A part's own offset is in the covariance below, and no surprise of any row.
+    let offsets_n = still.of_parts_n.iter().zip(&forces.parts);
+    let offsets_n = offsets_n.flat_map(|(n, part)| part.judged.iter().map(move |_| n));
+    let both = forces.judged().zip(&simulated_judged_n).zip(offsets_n);
+    let rest: Vec<f64> = both
+        .map(|(((_, step), n), offset_n)| step.recorded_n - n - offset_n)
+        .collect();
     let sequence = Sequence::new(&forces.times_s(), &series);
     let mut model = NoiseModel {
         s0: still.sd_n,
@@ -64,6 +87,7 @@ pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) ->
     Scatter {
         noise: Noise { whitener, blocks },
         offset_n: still.offset_n,
+        is_shared: still.is_shared,
     }
 }
 
@@ -87,13 +111,18 @@ fn per_force(still: &NoiseModel, sequence: &Sequence, flow: &[f64], rest: &[f64]
 struct Still {
     sd_n: f64,
     memory: f64,
+    /// How far flights' offsets scatter: about 0, or about what they share, where they do, which is
+    /// a fault of its own.
     offset_n: f64,
+    is_shared: bool,
+    /// Of each part, its offset; that of all where it has too little still air.
+    of_parts_n: Vec<f64>,
 }
 
 /// What steps in still air say.
 fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     let mut rests: Vec<f64> = Vec::new();
-    let mut offsets: Vec<(f64, f64)> = Vec::new();
+    let mut means_n: Vec<Option<f64>> = Vec::new();
     let (mut product, mut square) = (0.0, 0.0);
     for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
         let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
@@ -101,10 +130,11 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
         let free: Vec<usize> = all.filter(|&at| part.steps[at].is_free).collect();
         // Ten seconds: less says little about a flight's offset.
         if free.len() < 100 {
+            means_n.push(None);
             continue;
         }
         let mean = free.iter().map(|&at| rest(at)).sum::<f64>() / free.len() as f64;
-        offsets.push((mean, free.len() as f64));
+        means_n.push(Some(mean));
         rests.extend(free.iter().map(|&at| (rest(at) - mean).abs()));
         for pair in free.windows(2) {
             if pair[1] == pair[0] + 1 {
@@ -114,14 +144,28 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
             }
         }
     }
-    let offset_n2 = offsets.iter().map(|(mean, _)| mean * mean).sum::<f64>();
-    let offset_n = (offset_n2 / offsets.len().max(1) as f64).sqrt();
+    let known_n = || means_n.iter().flatten();
+    let count = known_n().count() as f64;
+    let mean_n = known_n().sum::<f64>() / count.max(1.0);
+    let spread_n = |about_n: f64, freedom: f64| {
+        let squares_n2: f64 = known_n().map(|mean| (mean - about_n).powi(2)).sum();
+        (squares_n2 / freedom.max(1.0)).sqrt()
+    };
+    let about_mean_n = spread_n(mean_n, count - 1.0).max(LEAST_OFFSET_N);
+    let t = mean_n * count.sqrt() / about_mean_n;
+    let is_shared = count > 1.0 && tail::student_two_sided(t, count - 1.0) < SHARED_P;
+    let (shared_n, offset_n) = match is_shared {
+        true => (mean_n, about_mean_n),
+        false => (0.0, spread_n(0.0, count)),
+    };
     // A tenth of a gram: no instrument of these flights knows better.
     let sd_n = median(&mut rests).map_or(0.01, |median| MAD * median);
     Still {
         sd_n: sd_n.max(0.001),
         memory: (product / square.max(f64::MIN_POSITIVE)).clamp(0.0, 0.95),
         offset_n: offset_n.clamp(LEAST_OFFSET_N, MOST_OFFSET_N),
+        is_shared,
+        of_parts_n: means_n.into_iter().map(|n| n.unwrap_or(shared_n)).collect(),
     }
 }
 

@@ -7,10 +7,9 @@
 use serde::Serialize;
 
 use super::forces::Forces;
-use super::scatter::MOST_OFFSET_N;
 use crate::forward::held_out::{LEAST_ROWS, R2Figures, R2Sums};
 use crate::forward::observed::Explained;
-use crate::statistics::quantile::median;
+use crate::statistics::quantile::{difference, median};
 
 /// What a row counts under along a curve; `None` where it does not belong to it.
 type Abscissa<'a> = &'a dyn Fn(usize) -> Option<f64>;
@@ -68,19 +67,26 @@ pub(super) struct Judged<'a> {
 
 impl<'a> Judged<'a> {
     /// Of held-out predictions by the baseline and by the corrected simulation.
+    /// `most_n`: how far the offset of one flight may be from 0 (N).
     pub(super) fn new(
         forces: &Forces,
         columns: &'a [Vec<f64>],
         [before, after]: &[Vec<f64>; 2],
+        most_n: f64,
     ) -> Judged<'a> {
         let recorded = forces.recorded();
         Judged {
             places: [0, 2, 3].map(|at| columns[at].as_slice()),
             flights: forces.judged().map(|(part, _)| part.flight).collect(),
-            before: with_offsets(forces, &recorded, before),
-            after: with_offsets(forces, &recorded, after),
+            before: with_offsets((forces, most_n), &recorded, before),
+            after: with_offsets((forces, most_n), &recorded, after),
             recorded,
         }
+    }
+
+    /// What the baseline leaves of the recorded force, one offset a vehicle and flight off (N).
+    pub(super) fn rest_n(&self) -> Vec<f64> {
+        difference(&self.recorded, &self.before)
     }
 
     /// Skills over all rows, below another drone, beside its jet, and near the floor; those without
@@ -194,17 +200,16 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// Predictions with one offset a vehicle and flight, at most a gram, that brings their median to
-/// the recorded one: a thrust map is not known better, and the baseline gets the same.
-fn with_offsets(forces: &Forces, recorded: &[f64], predicted: &[f64]) -> Vec<f64> {
+/// Predictions with one offset a vehicle and flight, as far as flights differ, that brings their
+/// median to the recorded one: a thrust map is not known better, and the baseline gets the same.
+fn with_offsets((forces, most_n): (&Forces, f64), recorded: &[f64], predicted: &[f64]) -> Vec<f64> {
     let mut shifted = predicted.to_vec();
     let mut from = 0;
     for part in &forces.parts {
         let span = from..from + part.judged.len();
         from = span.end;
         let mut rests: Vec<f64> = span.clone().map(|i| recorded[i] - predicted[i]).collect();
-        let offset_n = median(&mut rests).unwrap_or(0.0);
-        let offset_n = offset_n.clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
+        let offset_n = median(&mut rests).unwrap_or(0.0).clamp(-most_n, most_n);
         shifted[span].iter_mut().for_each(|f| *f += offset_n);
     }
     shifted

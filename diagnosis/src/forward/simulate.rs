@@ -8,6 +8,7 @@ pub use crate::forward::flow::Place;
 use crate::forward::hypothesis::Sensor;
 use crate::forward::receiver;
 use crate::record::baseline::ReceiverLaw;
+use crate::record::read::{FAST_MPS, STUCK_READINGS};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
 
@@ -67,19 +68,30 @@ pub fn simulate(recording: &Recording) -> Simulation {
     };
     for series in series(recording) {
         let values = series.simulate(&flow, &Sensor::default());
-        let mut unknown_s = Vec::new();
+        let (mut unknown_s, mut dead_s) = (Vec::new(), Vec::new());
+        let is_dead = series.is_dead(&values);
         let recorded = series.rows.iter().zip(&series.recorded);
-        for ((&row, &recorded), value) in recorded.zip(values) {
+        for (((&row, &recorded), value), is_dead) in recorded.zip(values).zip(is_dead) {
+            let t_s = series.channel.time_s(recording, row);
             match sample(&flow, &series, (row, recorded), value) {
+                _ if is_dead => dead_s.push(t_s),
                 Some(sample) => simulation.samples.push(sample),
-                None => unknown_s.push(series.channel.time_s(recording, row)),
+                None => unknown_s.push(t_s),
             }
         }
         let subject = match series.channel {
             Channel::Speed => format!("probe {}", series.subject),
             _ => recording.vehicles[series.subject as usize].id.clone(),
         };
-        simulation.left_out.extend(unknown(&unknown_s, &subject));
+        let is_unknown = "not simulated: some drone's place is not known then";
+        let is_dead = "left out: 0 without a break, also where the simulation has fast air: the instrument is dead then";
+        for (kind, times_s, why) in [
+            (RemarkKind::Gap, &unknown_s, is_unknown),
+            (RemarkKind::Stuck, &dead_s, is_dead),
+        ] {
+            let told = left_out(kind, times_s, &subject, why);
+            simulation.left_out.extend(told);
+        }
     }
     let place = |sample: &Sample| (sample.channel, sample.row);
     simulation.samples.sort_by_key(place);
@@ -166,6 +178,28 @@ impl Series {
         }
     }
 
+    /// Of each row, whether the probe reads 0 as a dead one does: without a break, eight times or
+    /// more where these simulated readings are faster than half of the fastest that it reads. No
+    /// effect of the library takes all of the air out of a jet's middle.
+    fn is_dead(&self, simulated: &[Option<f64>]) -> Vec<bool> {
+        let mut is_dead = vec![false; self.rows.len()];
+        let fastest_mps = self.recorded.iter().copied().fold(0.0, f64::max);
+        // One that never reads anything else was told where it was read.
+        if self.channel != Channel::Speed || fastest_mps == 0.0 {
+            return is_dead;
+        }
+        let least_mps = FAST_MPS.max(0.5 * fastest_mps);
+        let mut from = 0;
+        for run in self.recorded.chunk_by(|a, b| a == b) {
+            let rows = from..from + run.len();
+            let values = simulated[rows.clone()].iter().flatten();
+            let fast = values.filter(|mps| **mps > least_mps).count();
+            is_dead[rows.clone()].fill(run[0] == 0.0 && fast >= STUCK_READINGS);
+            from = rows.end;
+        }
+        is_dead
+    }
+
     /// Looks for the drones from every row once, for all simulations of these rows.
     pub fn look(&mut self, flow: &Flow) {
         if let (Channel::Speed, Some(probes)) = (self.channel, &flow.recording().probes) {
@@ -213,18 +247,16 @@ fn sample(
     })
 }
 
-/// Of readings at times (s) when some drone's place is not known; `None` of none.
-fn unknown(times_s: &[f64], subject: &str) -> Option<Remark> {
+/// Of readings at these times (s), and why; `None` of none.
+fn left_out(kind: RemarkKind, times_s: &[f64], subject: &str, why: &str) -> Option<Remark> {
     let times = || times_s.iter().copied();
     let (from_s, to_s) = (times().reduce(f64::min)?, times().reduce(f64::max)?);
     let samples = times_s.len();
-    let message = format!(
-        "{samples} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then"
-    );
+    let message = format!("{samples} readings between {from_s:.2} and {to_s:.2} s are {why}");
     Some(Remark {
         samples,
         span_s: Some((from_s, to_s)),
-        ..Remark::new(RemarkKind::Gap, Some(subject), message)
+        ..Remark::new(kind, Some(subject), message)
     })
 }
 

@@ -20,7 +20,9 @@ use crate::infer::fit::{Fit, Setting};
 use crate::infer::intervals::half_widths;
 use crate::infer::noise::noise;
 use crate::infer::onset::{self, onsets};
-use crate::infer::outside::{Remains, Shape, global_test, is_beyond_doubt, is_sure, outside};
+use crate::infer::outside::{
+    Remains, Shape, global_test, is_beyond_doubt, is_sure, outside, standing,
+};
 use crate::infer::select::{Selection, Singles, Tried, flexible, select, singles};
 use crate::record::recording::Recording;
 use crate::statistics::bootstrap::intervals_95;
@@ -28,6 +30,7 @@ use crate::statistics::held_out::{FOLDS, Gain};
 use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
 use crate::statistics::quantile::{difference, nearest_rank, root_mean_square};
+use crate::statistics::sequence::{Sequence, large_follow_large};
 use crate::statistics::trees::HeldOut as HeldOutTrees;
 
 /// Why a recording cannot be diagnosed.
@@ -147,6 +150,14 @@ pub fn diagnose_channel(
     }
     let setting = Setting::new(&observed, &noise, &candidates, base);
     onset::add(&setting, &mut tried);
+    // What sets in part-way passed for noise until now.
+    if let Some(clearer) = clearer(&observed, &noise, &tried) {
+        noise = clearer;
+        let setting = Setting::new(&observed, &noise, &candidates, base);
+        tried = singles(&setting);
+        onset::add(&setting, &mut tried);
+    }
+    let setting = Setting::new(&observed, &noise, &candidates, base);
     let mut selection = select(&setting, tried, test.p);
     if !test.is_significant && !is_beyond_doubt(&selection.chosen.gain) {
         selection.withdraw();
@@ -154,6 +165,7 @@ pub fn diagnose_channel(
     let left = flexible(&setting, &selection.chosen.fit);
     let is_of_probes = observed.channel == Channel::Speed;
     let shape = outside(&setting, &selection, &test, &left, is_of_probes);
+    let shape = shape.and_then(|shape| standing(&setting, &selection, shape));
     let remains = remains(&observed, &noise, &left, shape.is_some());
     let chosen = &selection.chosen;
     let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);
@@ -197,7 +209,17 @@ pub fn diagnose_channel(
             laws = (Vec::new(), Vec::new());
         }
     }
-    let mut sd = noise.sd().to_vec();
+    // As it is read around the answer: what was missing passed for noise where it changes from one
+    // reading to the next.
+    let around = self::noise(&observed, &corrected);
+    let mut sd = match is_clearly_less(&around, &noise) {
+        true => around.sd().to_vec(),
+        false => noise.sd().to_vec(),
+    };
+    held_out.noise_floor = root_mean_square(&sd).min(held_out.rms_after);
+    let sequence = Sequence::new(&observed.times_s(), &observed.series_of);
+    let after = difference(&observed.recorded(), &corrected);
+    let errors_follow = large_follow_large(&sequence, &after, &sd);
     if every > 1 {
         // The laws at every sample, and what has none as at the nearest that was fitted.
         let (which, values) = laws;
@@ -234,6 +256,7 @@ pub fn diagnose_channel(
         verdict: verdict(shape.is_some() || withdrawn.is_some(), &effects),
         withdrawn,
         region: region(&whole, &sd, &corrected),
+        errors_follow,
         held_out,
         candidates: ranked(&candidates, &selection),
         shape,
@@ -280,10 +303,14 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
         (likelihood(&around, &single.fit.predicted), around)
     });
     let (likelihood, around) = singles.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_less = is_clearly_less(&around, before);
+    (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
+}
+
+fn is_clearly_less(around: &Noise, before: &Noise) -> bool {
     let pairs = around.sd().iter().zip(before.sd());
     let change: f64 = pairs.map(|(now, before)| (now / before).ln()).sum();
-    let is_less = change / (before.sd().len() as f64) < CLEARLY_LESS.ln();
-    (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
+    change / (before.sd().len() as f64) < CLEARLY_LESS.ln()
 }
 
 /// Errors on blocks left out of the fit, fold by fold, and the p-value of their squares having
@@ -300,8 +327,8 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
     let after = match shape {
         // The trees' corrections are held out themselves; what they lie on is a handful of
         // parameters.
-        Some(shape) => shape.left.clone(),
-        None => of_fit(setting, &chosen.members(setting.candidates), &chosen.fit),
+        Some(shape) if shape.is_predictable => shape.left.clone(),
+        _ => of_fit(setting, &chosen.members(setting.candidates), &chosen.fit),
     };
     let blocks = &setting.noise.blocks;
     let [squares_before, squares] = [&before, &after].map(|left| left.iter().map(|e| e * e));
@@ -416,7 +443,7 @@ pub(crate) fn effects(
 ) -> Vec<Effect> {
     let candidates = setting.candidates;
     let members = chosen.members(candidates);
-    let half_widths = half_widths(&members, &chosen.fit, setting.noise);
+    let half_widths = half_widths(&members, &chosen.fit, setting);
     let mut estimates = chosen.fit.values.iter().zip(half_widths);
     let effect = |(candidate, alternatives): (&Candidate, Vec<usize>)| {
         let parameters = candidate.parameters.iter().zip(estimates.by_ref());
@@ -537,3 +564,6 @@ fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     [tail, 1.0 - tail].map(|share| nearest_rank(&values, share).unwrap_or(0.0))
 }
+
+#[cfg(test)]
+mod tests;

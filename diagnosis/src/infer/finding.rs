@@ -39,6 +39,8 @@ pub struct Finding {
     pub shape: Option<Shape>,
     /// What something that knows no physics still predicts after all of it.
     pub remains: Remains,
+    /// Whether errors that are large follow one another, after all that is named.
+    pub errors_follow: bool,
     /// How much better what was not fitted is predicted.
     #[serde(rename = "heldout")]
     pub held_out: HeldOut,
@@ -173,6 +175,8 @@ pub struct Region {
     pub mean_error: f64,
     /// The same over the recorded mean there.
     pub relative_error: f64,
+    /// Root mean square of recorded minus baseline there, in the channel's unit.
+    pub rms_error: f64,
     /// Root mean square of recorded minus baseline there over the noise.
     pub error_over_noise: f64,
 }
@@ -193,6 +197,7 @@ impl Region {
             share: inside.len() as f64 / recorded.len() as f64,
             mean_error,
             relative_error: mean_error / mean(&|i| recorded[i]),
+            rms_error: mean(&|i| error(i).powi(2)).sqrt(),
             error_over_noise: mean(&|i| (error(i) / sd[i]).powi(2)).sqrt(),
             ..Region::default()
         }
@@ -210,7 +215,7 @@ pub struct HeldOut {
     pub rms_after_low: f64,
     /// Upper end.
     pub rms_after_high: f64,
-    /// What the scatter of the readings alone leaves.
+    /// What the scatter of the readings alone leaves; at most what is left, which holds it.
     pub noise_floor: f64,
 }
 

@@ -218,6 +218,7 @@ mod tests {
             effects,
             region: Region::default(),
             prediction: Vec::new(),
+            errors_follow: false,
             held_out: HeldOut::default(),
             shape: None,
             p: 1.0,

@@ -27,9 +27,10 @@ use crate::statistics::noise::Noise;
 use crate::statistics::quantile::difference;
 use crate::statistics::robust::{loss, weight};
 
-/// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence. Chosen here:
-/// two fifths of a stated 5 %.
+/// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence, within wide
+/// bounds. Chosen here: two fifths of a stated 5 %.
 const TOLERANCE_SD: f64 = 0.02;
+const SPREADS: [f64; 2] = [TOLERANCE_SD; 2];
 /// From more starts than this, only the best few by cost are followed. Chosen here, for time.
 const MOST_STARTS: usize = 6;
 const BEST_STARTS: usize = 3;
@@ -215,6 +216,14 @@ impl<'a> Setting<'a> {
         Descent::from(self, &[], &[]).settled()
     }
 
+    /// How far gain and offset may be off at all: no more than their bounds allow, `b/√3` where
+    /// anything between is as likely. Fits go by bounds and by the wider spread, so that one which
+    /// has reached its bound is known to.
+    pub(crate) fn spreads(&self) -> [f64; 2] {
+        self.tolerances
+            .map(|most| TOLERANCE_SD.min(most / 3.0_f64.sqrt()))
+    }
+
     fn bounds(&self, parameters: &[Parameter]) -> Vec<[f64; 2]> {
         let own = parameters.iter().map(|p| [p.low, p.high]);
         own.chain(self.tolerances.map(|most| [-most, most]))
@@ -281,7 +290,8 @@ impl<'a> Setting<'a> {
         let at = [&fit.values[..], &fit.tolerance].concat();
         let mut weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
         self.of_fold(fold).for_each(|i| weights[i] = 0.0);
-        let (normal, gradient) = normal_equations(&fit.jacobian, &fit.whitened, &weights, &at);
+        let errors = (&fit.whitened[..], &weights[..]);
+        let (normal, gradient) = normal_equations(&fit.jacobian, errors, &at, SPREADS);
         bounded_step(&normal, &gradient, &at, &bounds, 1e-9)
     }
 }
@@ -310,12 +320,12 @@ fn read(plain: &[f64], [gain, offset]: [f64; 2]) -> Vec<f64> {
     plain.iter().map(|f| (1.0 + gain) * f + offset).collect()
 }
 
-/// `JᵀWJ` and `JᵀWe` with the priors of gain and offset in the last two places.
+/// `JᵀWJ` and `JᵀWe` with the priors of gain and offset in the last two places, of these spreads.
 pub(crate) fn normal_equations(
     jacobian: &DMatrix<f64>,
-    whitened: &[f64],
-    weights: &[f64],
+    (whitened, weights): (&[f64], &[f64]),
     at: &[f64],
+    spreads: [f64; 2],
 ) -> (DMatrix<f64>, DVector<f64>) {
     let mut weighted = jacobian.clone();
     for mut column in weighted.column_iter_mut() {
@@ -324,9 +334,9 @@ pub(crate) fn normal_equations(
     }
     let mut normal = weighted.tr_mul(jacobian);
     let mut gradient = weighted.tr_mul(&DVector::from_column_slice(whitened));
-    let prior = (TOLERANCE_SD * TOLERANCE_SD).recip();
-    let count = jacobian.ncols();
-    for j in count.saturating_sub(2)..count {
+    let from = jacobian.ncols() - spreads.len();
+    for (j, spread) in (from..).zip(spreads) {
+        let prior = (spread * spread).recip();
         normal[(j, j)] += prior;
         gradient[j] -= prior * at[j];
     }

@@ -13,8 +13,7 @@
 use nalgebra::DMatrix;
 
 use crate::infer::candidates::Candidate;
-use crate::infer::fit::{Fit, by_member, normal_equations};
-use crate::statistics::noise::Noise;
+use crate::infer::fit::{Fit, Setting, by_member, normal_equations};
 use crate::statistics::robust::weight;
 
 /// Half-width of a 95 % interval in standard errors, normal law.
@@ -23,12 +22,13 @@ pub(crate) const NINETY_FIVE: f64 = 1.96;
 /// Half-widths of 95 % intervals of a fit's parameters, in their order and units; infinite where
 /// nothing constrains them.
 #[must_use]
-pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f64> {
+pub fn half_widths(candidates: &[&Candidate], fit: &Fit, setting: &Setting) -> Vec<f64> {
     let count = fit.jacobian.ncols();
-    let blocks = &noise.blocks;
+    let blocks = &setting.noise.blocks;
     let weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
     let at = [&fit.values[..], &fit.tolerance].concat();
-    let (mut normal, _) = normal_equations(&fit.jacobian, &fit.whitened, &weights, &at);
+    let errors = (&fit.whitened[..], &weights[..]);
+    let (mut normal, _) = normal_equations(&fit.jacobian, errors, &at, setting.spreads());
     let mut scores = DMatrix::<f64>::zeros(count, blocks.count().max(1));
     for (i, weight) in weights.iter().enumerate() {
         let mut of_block = scores.column_mut(blocks.of_sample[i]);

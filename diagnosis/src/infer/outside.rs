@@ -20,7 +20,7 @@ use crate::statistics::expression::{self, Coordinate};
 use crate::statistics::held_out::{Gain, log_densities};
 use crate::statistics::lack_of_fit::{Evidence, LackOfFit, Rhythm, Statistic, lack_of_fit};
 use crate::statistics::line::Line;
-use crate::statistics::quantile::{difference, quantile_edges};
+use crate::statistics::quantile::{difference, quantile_edges, root_mean_square};
 use crate::statistics::trees::{self, HeldOut};
 
 /// What a law may be off from its mechanism, in parts of the effect, where it states less: as much
@@ -185,6 +185,23 @@ pub fn outside(
         return None;
     }
     at_times(setting, &chosen.fit)
+}
+
+/// A shape as far as it stands: one with which errors on blocks that were not fitted do not fall
+/// corrects nothing. Beside terms that are named there is then none (`None`), for these do lower
+/// them; alone it says that something is there.
+#[must_use]
+pub fn standing(setting: &Setting, selection: &Selection, shape: Shape) -> Option<Shape> {
+    let nothing = &selection.nothing.fit;
+    let before = setting.left(&setting.predicted_held_out(&[], nothing));
+    if !shape.is_predictable || root_mean_square(&shape.left) < root_mean_square(&before) {
+        return Some(shape);
+    }
+    let rest = setting.left(&nothing.predicted);
+    selection.chosen.which.is_empty().then(|| Shape {
+        depends_on: shape.depends_on,
+        ..not_predictable(vec![0.0; rest.len()], rest)
+    })
 }
 
 /// A curve of the expected reading that predicts more, held out, than the chosen terms do by more

@@ -160,7 +160,7 @@ pub struct Singles {
     pub singles: Vec<Tried>,
 }
 
-/// Fits every candidate alone.
+/// Fits every candidate alone, over the whole recording.
 #[must_use]
 pub fn singles(setting: &Setting) -> Singles {
     let fit = setting.nothing();
@@ -173,6 +173,7 @@ pub fn singles(setting: &Setting) -> Singles {
         practical: true,
     };
     let alone = setting.candidates.par_iter().enumerate();
+    let alone = alone.filter(|(_, of)| of.since.is_none());
     let alone = alone.filter_map(|(k, of)| attempt(setting, &nothing, &[k], &of.starts));
     let mut singles: Vec<Tried> = alone.collect();
     singles.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));

@@ -74,6 +74,24 @@ pub(super) fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> Option<f64
     (sums.1 > 0.0).then(|| sums.0 / sums.1)
 }
 
+/// Sizes over the scatter count no more than this, so that no single one decides. Chosen here, as
+/// Huber's bound of a residual.
+const MOST_SIZE: f64 = 3.0;
+
+/// Whether large values follow one another more than by chance: the correlation of neighbours'
+/// sizes (over the scatter) is three standard errors above 0 (`1/√n`, Bartlett 1946, Suppl. J. R.
+/// Stat. Soc. 8:27).
+#[must_use]
+pub fn large_follow_large(sequence: &Sequence, values: &[f64], sd: &[f64]) -> bool {
+    let sizes = values.iter().zip(sd);
+    let sizes: Vec<f64> = sizes.map(|(e, sd)| (e / sd).abs().min(MOST_SIZE)).collect();
+    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
+    let pairs = || (0..sizes.len()).filter_map(|at| Some((at, sequence.previous[at]?)));
+    let about = pairs().map(|(at, before)| (sizes[at] - mean, sizes[before] - mean));
+    let least = 3.0 / (pairs().count() as f64).sqrt();
+    correlation(about).is_some_and(|r| r > least)
+}
+
 /// Neighbouring samples that are taken as one draw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blocks {
@@ -188,6 +206,24 @@ mod tests {
         let (joined, follows) = Blocks::pairs(&[false, true, true, false, true, true, true, false]);
         assert_eq!(joined, [0, 0, 1, 2, 2, 3, 3, 4]);
         assert_eq!(follows, [false, true, false, true, false]);
+    }
+
+    #[test]
+    fn large_values_that_follow_one_another_are_told_from_such_that_do_not() {
+        let random = &mut crate::statistics::draws::Draws::new(1);
+        let t_s: Vec<f64> = (0..2000).map(f64::from).collect();
+        let sequence = Sequence::new(&t_s, &[0; 2000]);
+        // A hundred nulls, a third of whose values are wild: three standard errors are passed once
+        // in 740 of a normal law.
+        let mut alarms = 0;
+        for _ in 0..100 {
+            let wild: Vec<f64> = (0..2000).map(|_| random.within(1.55).tan()).collect();
+            alarms += usize::from(large_follow_large(&sequence, &wild, &[1.0; 2000]));
+        }
+        assert!(alarms <= 1, "{alarms}");
+        let size = |i: usize| if i / 50 % 4 == 0 { 4.0 } else { 1.0 };
+        let gusty: Vec<f64> = (0..2000).map(|i| size(i) * random.normal()).collect();
+        assert!(large_follow_large(&sequence, &gusty, &[1.0; 2000]));
     }
 
     #[test]

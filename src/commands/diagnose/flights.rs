@@ -5,7 +5,7 @@ use diagnosis::campaign::{
     CampaignError, CampaignFinding, CampaignOptions, SidewaysFinding, near_floor,
 };
 use diagnosis::forward::simulate::{Channel, Sample};
-use diagnosis::infer::finding::Finding;
+use diagnosis::infer::finding::{Finding, Verdict};
 use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
@@ -95,7 +95,10 @@ pub(super) fn report(
     let mut report = words::report(name, what, finding, figures);
     for section in &mut report.sections {
         match section.heading {
-            "Where" => section.parts.extend(located(found)),
+            "Where" => {
+                section.parts.extend(located(found));
+                section.parts.push(offsets(found));
+            }
             "What" => section.parts.extend(taken(found)),
             "Fit" => {
                 section.parts.push(skills(&found.skills));
@@ -172,15 +175,28 @@ fn to_the_sides(sideways: &Result<SidewaysFinding, CampaignError>) -> Vec<Part> 
     parts
 }
 
+/// What stands out without any candidate; a hint where nothing is said to be missing.
 fn located(found: &CampaignFinding) -> Option<Part> {
     let located = found.located.as_ref()?;
+    let lead = match found.finding.verdict {
+        Verdict::None => "What stands out most, no more than a hint",
+        _ => "Found without any candidate",
+    };
     Some(Part::Line(format!(
-        "Found without any candidate: {}, {:.0} % of the values, where recorded minus simulated is {} in the mean (p-value {:.3}).",
+        "{lead}: {}, {:.0} % of the values, where recorded minus simulated is {} in the mean (p-value {:.3}).",
         located.description,
         100.0 * located.share,
         newton(located.mean_error_n),
         located.p
     )))
+}
+
+/// What each flight may be off by, which no figure here counts.
+fn offsets(found: &CampaignFinding) -> Part {
+    Part::Line(format!(
+        "One offset a drone and flight is taken off first, for a thrust map is known no better: they scatter by {}.",
+        newton(found.offset_n)
+    ))
 }
 
 /// In which order, and what else was tried in each place.

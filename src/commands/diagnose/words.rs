@@ -205,8 +205,12 @@ fn place(finding: &Finding) -> Vec<Part> {
             vec![match is_unquiet(finding) {
                 false => Part::line(nowhere),
                 true => Part::Line(format!(
-                    "Nowhere that repeats: errors are {:.1} times the noise floor, in stretches longer than neighbouring readings tell, and nothing predicts them on blocks that were not fitted.",
-                    finding.held_out.rms_after / finding.held_out.noise_floor
+                    "Nowhere that repeats: errors are {:.1} times the noise floor, {}, and nothing predicts them on blocks that were not fitted.",
+                    finding.held_out.rms_after / finding.held_out.noise_floor,
+                    match finding.errors_follow {
+                        true => "in stretches longer than neighbouring readings tell",
+                        false => "for single readings lie far from all others",
+                    }
                 )),
             }]
         }
@@ -215,6 +219,9 @@ fn place(finding: &Finding) -> Vec<Part> {
         )],
         Verdict::None => vec![Part::line(
             "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
+        )],
+        _ if is_unexplained(finding) => vec![Part::line(
+            "Nowhere in particular: nothing predicts where, on blocks that were not fitted.",
         )],
         _ if region.sample_indices.is_empty() => {
             vec![Part::line(
@@ -252,6 +259,12 @@ fn place(finding: &Finding) -> Vec<Part> {
     parts
 }
 
+/// Whether something is there of which nothing is predicted, not even when.
+fn is_unexplained(finding: &Finding) -> bool {
+    let shape = finding.shape.as_ref();
+    shape.is_some_and(|shape| !shape.is_predictable && shape.spans_s.is_empty())
+}
+
 /// Whether what is named was named before any reading was fitted.
 fn is_told_by_actuation(finding: &Finding) -> bool {
     finding.shape.is_none()
@@ -259,15 +272,31 @@ fn is_told_by_actuation(finding: &Finding) -> bool {
         && !finding.effects.iter().any(|of| is_candidate(finding, of))
 }
 
+/// Standard errors of a mean that are more than chance: 95 % of a normal law.
+const TOLD: f64 = 1.96;
+/// Most that a share of the recorded mean may be to be told, in percent. Chosen here: where next to
+/// nothing is recorded, a share of it says nothing.
+const MOST_PERCENT: f64 = 1000.0;
+
 fn error(finding: &Finding) -> String {
     let region = &finding.region;
     let is_high = region.mean_error < 0.0;
     let too = if is_high { "too high" } else { "too low" };
-    let size = amount(region.mean_error.abs(), finding.channel);
+    let amount = |value: f64| amount(value, finding.channel);
+    let size = amount(region.mean_error.abs());
     let percent = 100.0 * region.relative_error.abs();
-    // A force has both signs: a share of its mean says nothing.
+    let count = region.sample_indices.len() as f64;
+    let is_one_sided = region.mean_error.abs() > TOLD * region.rms_error / count.sqrt();
     let by = match finding.channel {
+        _ if !is_one_sided => format!(
+            "too high at times and too low at others, by {} rms",
+            amount(region.rms_error)
+        ),
+        // A force has both signs: a share of its mean says nothing.
         Channel::VerticalForce => format!("{too} by {size} in the mean (up is positive)"),
+        _ if percent > MOST_PERCENT => {
+            format!("{too} by {size} in the mean, where next to nothing is recorded")
+        }
         _ => format!("{percent:.1} % {too} in the mean ({size})"),
     };
     let times = region.error_over_noise;
@@ -366,6 +395,7 @@ const NEARLY_ALL: f64 = 0.8;
 fn outside(shape: &Shape) -> Vec<String> {
     let mut lines = vec![
         match (shape.is_predictable, &shape.nearest) {
+            (false, _) if shape.spans_s.is_empty() => "Something is there that these readings do not explain: no effect of the library, and no function of the covariates, lowers the error on blocks that were not fitted. Nothing is corrected.".to_owned(),
             (false, _) => "Readings differ at times by more than noise; nothing that repeats predicts when, so no effect is named.".to_owned(),
             (true, Some((name, share))) if *share >= NEARLY_ALL => format!(
                 "Something repeats that no effect of the library has. {name} comes near, with {:.0} % of the log likelihood that can be gained on blocks that were not fitted, but leaves more of the error than its law may be off.",
@@ -382,6 +412,9 @@ fn outside(shape: &Shape) -> Vec<String> {
         let spans = shape.spans_s.iter();
         let spans = spans.map(|[from, to]| format!("{from:.0} to {to:.0} s"));
         lines.push(format!("When: {}.", joined(spans, ", ")));
+        return lines;
+    }
+    if !shape.is_predictable {
         return lines;
     }
     if let Some(period_s) = shape.period_s {

@@ -9,7 +9,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Fit, Setting, bounded_step, normal_equations, parameters, read};
+use super::{Fit, SPREADS, Setting, bounded_step, normal_equations, parameters, read};
 use crate::infer::candidates::{Candidate, Parameter};
 use crate::statistics::quantile::difference;
 use crate::statistics::robust::weight;
@@ -112,8 +112,8 @@ impl<'a> Descent<'a> {
     fn step(&mut self) -> bool {
         self.left -= 1;
         let weights: Vec<f64> = self.whitened.iter().map(|e| weight(*e)).collect();
-        let (normal, gradient) =
-            normal_equations(&self.jacobian(), &self.whitened, &weights, &self.at);
+        let errors = (&self.whitened[..], &weights[..]);
+        let (normal, gradient) = normal_equations(&self.jacobian(), errors, &self.at, SPREADS);
         let enough = ENOUGH * self.cost.max(1.0);
         // Slopes that were brought up to date may be why a step fails.
         let dampings = if self.slopes.is_measured { DAMPINGS } else { 1 };

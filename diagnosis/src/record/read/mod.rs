@@ -49,4 +49,5 @@ pub use folder::{FOLDER_FILES, read_folder};
 pub use joined::{JoinedLog, read_joined};
 pub use log::{LOG_FILES, LOG_HEAD_BYTES, log_name, read_log};
 pub use needed::needed;
+pub(crate) use probes::{FAST_MPS, STUCK_READINGS};
 pub use ulog::{read_ulog_tables, table_name};

@@ -18,7 +18,7 @@ use crate::statistics::quantile::median;
 /// The file's name.
 pub(super) const PROBES: &str = "probes.csv";
 /// Identical readings in a row that make a stuck probe.
-const STUCK_READINGS: usize = 8;
+pub(crate) const STUCK_READINGS: usize = 8;
 /// Fastest reading (m/s). Chosen here: four times the fastest jet of the paper's airframes at their
 /// rotors.
 const FASTEST_MPS: f64 = 100.0;
@@ -77,7 +77,7 @@ pub(super) fn probes(
 /// Air that does not stop from one reading to the next and start again (m/s): faster than this, and
 /// than twice the slowest reading that is not 0, which an instrument's bearing may hold. Chosen
 /// here.
-const FAST_MPS: f64 = 0.5;
+pub(crate) const FAST_MPS: f64 = 0.5;
 
 /// Of one probe's rows those that read 0 between two readings of fast air; none of a few.
 fn dropped(rows: &[usize], samples: &[ProbeSample]) -> Vec<usize> {

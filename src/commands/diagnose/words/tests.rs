@@ -45,7 +45,7 @@ fn shape(random: &mut Draws) -> Shape {
         expression_share: 0.0,
         nearest: (random.uniform() < 0.8).then(|| ("buoyancy".into(), random.uniform())),
         period_s: (random.uniform() < 0.2).then_some(1.25),
-        spans_s: match is_predictable {
+        spans_s: match is_predictable || random.uniform() < 0.5 {
             true => Vec::new(),
             false => vec![[3.0, 9.0]],
         },
@@ -90,6 +90,7 @@ fn finding(seed: u64) -> Finding {
         true => 0,
         false => 1 + random.index(90),
     };
+    let mean_error = [0.0, -0.1, 0.4][random.index(3)];
     let advice = match verdict {
         Verdict::None => Vec::new(),
         _ => vec!["the weight on a scale".to_owned()],
@@ -124,13 +125,15 @@ fn finding(seed: u64) -> Finding {
             description: "xi 0.10 to 0.90".into(),
             sample_indices: (0..rows).collect(),
             share: rows as f64 / 100.0,
-            mean_error: 0.1,
-            relative_error: 0.05,
+            mean_error,
+            relative_error: mean_error / [0.0, 0.05, 2.0][random.index(3)],
+            rms_error: mean_error.abs().max(random.between(0.1, 1.0)),
             error_over_noise: 2.0,
             ..Region::default()
         },
         effects,
         withdrawn,
+        errors_follow: random.uniform() < 0.5,
         p: random.uniform().powi(4),
         remains: Remains {
             gain: random.between(-50.0, 50.0),
@@ -288,5 +291,19 @@ fn every_verdict_but_none_prints_its_advice_and_a_runner_up_gains_something() {
         names
             .map(|name| (name, format!("Runner-up: {name}, alone")))
             .all(|(name, words)| is_behind(name, &words))
+    });
+}
+
+#[test]
+fn no_share_of_nothing_is_told_and_no_side_where_errors_have_none() {
+    holds(|_, text| !["inf", "NaN", " 0.0 %"].iter().any(|no| text.contains(no)));
+    holds(|finding, text| finding.region.mean_error != 0.0 || !text.contains("in the mean"));
+}
+
+#[test]
+fn what_nothing_predicts_is_neither_placed_nor_corrected() {
+    holds(|finding, text| {
+        !is_unexplained(finding)
+            || text.contains("Nowhere in particular") && !text.contains("It depends on")
     });
 }

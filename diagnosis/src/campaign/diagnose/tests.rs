@@ -1,0 +1,92 @@
+//! Flights of two drones beside one another, with what is put into their forces.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use super::*;
+use crate::infer::finding::Verdict;
+use crate::infer::intervals::NINETY_FIVE;
+use crate::record::read::{Campaign, read_log};
+use crate::statistics::draws::Draws;
+
+const FLIGHTS: u64 = 8;
+const CAMPAIGN: &str = r#"(
+    name: "made", floor_z_m: 0, air: (temperature_c: 20), acceleration: SpecificForceInBody, clock: Shared,
+    types: { "d": (mass_kg: Stated(0.034), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092), rotor_offset_m: Stated((0, 0, 0)), touch_z_m: 0.05) },
+    vehicles: { "a": "d", "b": "d" },
+)"#;
+
+/// Vertical forces (N) by flight, x and y (m), and 3 mN of scatter.
+fn flights(force_n: impl Fn(u64, [f64; 2]) -> f64) -> Vec<Recording> {
+    let campaign = Campaign::parse("campaign.ron", CAMPAIGN).expect("in order");
+    let flight = |flight: u64| {
+        let random = &mut Draws::new(7 + flight);
+        let mut text = "t_s,vehicle,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,fx_n,fy_n,fz_n\n".to_owned();
+        let swings = [0; 6].map(|_| (random.between(0.03, 0.1), random.between(0.0, TAU)));
+        for t_s in (0..1200).map(|step| f64::from(step) * 0.05) {
+            for (vehicle, from) in [("a", 0), ("b", 3)] {
+                let swing = |at: usize, size_m: f64| {
+                    let (hz, phase) = swings[from + at];
+                    let angle = TAU * hz * t_s + phase;
+                    (size_m * angle.sin(), size_m * TAU * hz * angle.cos())
+                };
+                let [x, y, z] = [swing(0, 0.2), swing(1, 0.2), swing(2, 0.1)];
+                let beside_m = from as f64;
+                let mut scatter_n = || 0.003 * random.normal();
+                let [fx_n, fy_n] = [scatter_n(), scatter_n()];
+                let fz_n = force_n(flight, [x.0 + beside_m, y.0]) + scatter_n();
+                writeln!(
+                    text,
+                    "{t_s:.3},{vehicle},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{fx_n:.5},{fy_n:.5},{fz_n:.5}",
+                    x.0 + beside_m, y.0, 1.0 + z.0, x.1, y.1, z.1
+                )
+                .expect("memory takes it");
+            }
+        }
+        let name = format!("f{flight}");
+        read_log(&name, &format!("{name}.csv"), text.as_bytes(), &campaign).expect("in order")
+    };
+    (0..FLIGHTS).map(flight).collect()
+}
+
+fn found(force_n: impl Fn(u64, [f64; 2]) -> f64) -> CampaignFinding {
+    diagnose_campaign(&flights(force_n), &CampaignOptions::default()).expect("it can be judged")
+}
+
+#[test]
+fn an_offset_that_all_flights_share_is_told_with_an_interval_that_its_tolerance_allows() {
+    let all = found(|_, _| 0.01).finding;
+    let names: Vec<&str> = all.effects.iter().map(|of| of.name.as_str()).collect();
+    assert_eq!(names, ["sensor_offset"]);
+    let offset = &all.effects[0].parameters["b"];
+    // What may be off without a fault, and 5 % of a normal law.
+    let most_n = NINETY_FIVE * 2.0 * TOLERANCE_N;
+    assert!((offset.value - 0.01).abs() < TOLERANCE_N, "{offset:?}");
+    assert!(offset.high - offset.low < 2.0 * most_n, "{offset:?}");
+    assert!(all.held_out.rms_after < 0.5 * all.held_out.rms_before);
+    // Each flight's own is a thrust map's.
+    let own = found(|flight, _| 0.004 * Draws::new(flight).normal());
+    assert_eq!(own.finding.verdict, Verdict::None);
+}
+
+#[test]
+fn what_stands_in_its_place_in_the_room_is_found_there() {
+    let found = found(
+        |_, [x_m, y_m]| match (0.05..1.0).contains(&x_m) && y_m > 0.0 {
+            true => 0.012,
+            false => 0.0,
+        },
+    );
+    let CampaignFinding {
+        finding, located, ..
+    } = found;
+    assert_eq!(finding.verdict, Verdict::OutsideLibrary);
+    let shape = finding.shape.expect("it has a shape");
+    assert!(
+        ["x m", "y m"].contains(&shape.depends_on[0].0.as_str()),
+        "{:?}",
+        shape.depends_on
+    );
+    assert!(finding.held_out.rms_after < 0.5 * finding.held_out.rms_before);
+    assert!(located.is_some_and(|of| of.mean_error_n > 0.006));
+}
