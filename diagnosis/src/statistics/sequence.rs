@@ -221,7 +221,7 @@ mod tests {
             alarms += usize::from(large_follow_large(&sequence, &wild, &[1.0; 2000]));
         }
         assert!(alarms <= 1, "{alarms}");
-        let size = |i: usize| if i / 50 % 4 == 0 { 4.0 } else { 1.0 };
+        let size = |i: usize| if (i / 50).is_multiple_of(4) { 4.0 } else { 1.0 };
         let gusty: Vec<f64> = (0..2000).map(|i| size(i) * random.normal()).collect();
         assert!(large_follow_large(&sequence, &gusty, &[1.0; 2000]));
     }
