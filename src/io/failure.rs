@@ -57,9 +57,6 @@ pub(crate) enum Failure {
         /// What vehicles lack that a force needs, in words.
         lacking: Vec<String>,
     },
-    /// Several at once, a line each.
-    #[error("{}", joined(.0, "; "))]
-    Several(Vec<Failure>),
     /// Options that say nothing of what is asked for, a line each.
     #[error("{}", .0.join("\n"))]
     Inapplicable(Vec<String>),
@@ -184,7 +181,6 @@ impl Failure {
                     tell_error(&format!("{}: {fault}", path.display()), &[]);
                 }
             }
-            Failure::Several(failures) => failures.iter().for_each(Failure::print),
             Failure::Inapplicable(options) => {
                 for option in options {
                     tell_error(option, &[]);
