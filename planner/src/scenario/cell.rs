@@ -348,9 +348,8 @@ mod tests {
         assert_eq!(room(2.5, 3.5), 1.0);
         assert_eq!(room(2.1, 2.9), 0.5);
         assert_eq!(room(2.05, 2.65), 0.25);
-        // On no cells of a quarter metre: that is for a passage beyond the lattice.
-        assert_eq!(room(2.05, 2.65 + 0.01), 0.25);
-        assert_eq!(room(2.02, 2.62), 1.0);
+        // Between the places of a quarter metre: that is for a passage beyond the lattice.
+        assert_eq!(room(2.065, 2.685), 1.0);
         // Too narrow for any: nothing helps.
         assert_eq!(room(2.1, 2.3), 1.0);
     }
