@@ -145,7 +145,8 @@ fn libraries_read_no_file_clock_or_environment_and_print_nothing() {
         }
         if library == "diagnosis" {
             // Logs are longer than memory: they are taken as they come from what the caller opened.
-            let handed_in = ["BufRead", "Read", "Result", "ErrorKind"].map(|it| format!("std::io::{it}"));
+            let handed_in =
+                ["BufRead", "Read", "Result", "ErrorKind"].map(|it| format!("std::io::{it}"));
             broken.retain(|it| !handed_in.iter().any(|name| it.ends_with(name)));
         }
         assert_none(&broken);
