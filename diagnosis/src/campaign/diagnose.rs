@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::forces::{COORDINATES, CampaignOptions, Forces, PLACES, RATE_HZ};
+use super::forces::{COORDINATES, CampaignOptions, Forces, PLACES, PLACES_OF_LAWS, RATE_HZ};
 use super::forward::{Chosen, Turn, forward};
 use super::library::library;
 use super::scatter::{Scatter, scatter};
@@ -272,7 +272,21 @@ pub fn diagnose_campaign(
         fitted_every: 1,
         withdrawn: None,
         verdict: verdict(shape.is_some(), &effects),
-        region: region(columns, &scatter, &recorded, &simulated, &corrected),
+        region: {
+            // No law knows the room.
+            let places = if members.is_empty() {
+                PLACES
+            } else {
+                PLACES_OF_LAWS
+            };
+            region(
+                &columns[..places],
+                &scatter,
+                &recorded,
+                &simulated,
+                &corrected,
+            )
+        },
         errors_follow: false,
         held_out: skills.first().map_or_else(HeldOut::default, held_out_of),
         // Before a wake is taken, what changes jets changes nothing.
@@ -348,7 +362,7 @@ fn region(
     let mut marked = vec![false; corrected.len()];
     inside.iter().for_each(|&i| marked[i] = true);
     let mut region = Region::of(&inside, recorded, simulated, scatter.noise.sd());
-    for interval in scan::describe(&columns[..PLACES], &marked) {
+    for interval in scan::describe(columns, &marked) {
         let name = COORDINATES[interval.coordinate].0.to_owned();
         region.bounds.insert(name, [interval.from, interval.to]);
     }

@@ -57,6 +57,10 @@ const MOST_KEPT: usize = 24;
 /// How many of them, from the first, say where a row is: what regions are told in.
 pub(super) const PLACES: usize = 6;
 
+/// And how many of these, from the first, have to do with wakes and the floor, as all laws of the
+/// library have; the others say where in the room.
+pub(super) const PLACES_OF_LAWS: usize = 4;
+
 /// Names of the coordinates and their letters, in the order of `covariates`.
 pub const COORDINATES: [(&str, &str); 15] = [
     ("depth m", "s"),
