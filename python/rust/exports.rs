@@ -83,7 +83,9 @@ pub(crate) fn export(
             format!("{error}; untimed_ok=True writes them all the same"),
         ),
         ExportError::ReadBack { .. } => fault(error),
-        ExportError::Off { .. } | ExportError::Origin(_) => sentence(py, "PlanError", error),
+        ExportError::Off { .. } | ExportError::Origin(_) | ExportError::Original(_) => {
+            sentence(py, "PlanError", error)
+        }
     })?;
     let files = made.files.into_iter();
     let files = files.map(|it| (it.name, PyBytes::new(py, &it.bytes).unbind()));

@@ -338,9 +338,13 @@ mod tests {
     #[test]
     fn a_planner_ends_with_the_command_that_started_it() {
         let mut command = Command::new("sleep");
-        let mut child = command.arg("600").stdout(Stdio::piped()).spawn().unwrap();
-        let says = child.stdout.take().unwrap();
-        let still = says.as_fd().try_clone_to_owned().unwrap();
+        let mut child = command
+            .arg("600")
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("there is a sleep");
+        let says = child.stdout.take().expect("it is piped");
+        let still = says.as_fd().try_clone_to_owned().expect("it is open");
         drop(Running {
             child,
             says: BufReader::new(says),
@@ -349,6 +353,6 @@ mod tests {
         });
         // It ends where no process writes any more.
         let mut text = String::new();
-        fs::File::from(still).read_to_string(&mut text).unwrap();
+        (fs::File::from(still).read_to_string(&mut text)).expect("it says text, or nothing");
     }
 }
