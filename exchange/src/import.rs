@@ -157,7 +157,7 @@ struct AxesRead {
 }
 
 /// The file beside a show's own that says what they count from.
-const MANIFEST: &str = "export.json";
+pub const MANIFEST: &str = "export.json";
 
 impl Exported {
     fn of(text: &str) -> Result<Exported, ReadError> {

@@ -84,7 +84,7 @@ struct Printed<'a> {
 /// asks for at least (2 Hz).
 const RATE_DEFAULT_HZ: f64 = 20.0;
 /// The file by which one knows a folder of this command.
-const MAIN: &str = "export.json";
+const MAIN: &str = exchange::import::MANIFEST;
 
 impl Arguments {
     /// Options that were given and say nothing of the format, each with the formats it is for.

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use exchange::import::{self, Beside, Show, ShowError};
+use exchange::import::{self, Beside, MANIFEST, Show, ShowError};
 use exchange::kept::Kept;
 use planner::Files;
 use planner::plan::file::{self, PlanFile};
@@ -22,8 +22,6 @@ use super::problems;
 
 /// What is told to be wrong with a show; the rest is counted. Chosen here, what one reads.
 const MOST_TOLD: usize = 20;
-/// What an export says of the files beside it.
-const MANIFEST: &str = "export.json";
 
 /// What a command is asked about: a plan, or what can be judged as one.
 #[derive(Args)]

@@ -2,6 +2,7 @@
 //! gaps that they have to pass, and from their bodies.
 
 use std::collections::BTreeSet;
+use std::iter::successors;
 
 use nalgebra::{Point3, Vector3};
 use parry3d::bounding_volume::Aabb;
@@ -244,14 +245,12 @@ fn gaps(world: &World) -> Option<(f64, String)> {
                 continue;
             };
             let lane = (low_m + body_m, high_m - body_m);
-            let mut cell_m = LARGEST_M;
             // Halves, so that places on whole cells stay on them.
-            while cell_m > LEAST_FOR_GAPS_M && !is_met(lane, cell_m, axis, &places_m) {
-                cell_m *= 0.5;
-            }
-            if !is_met(lane, cell_m, axis, &places_m) {
+            let halves_m = successors(Some(LARGEST_M), |cell_m| Some(0.5 * cell_m));
+            let mut asked_m = halves_m.take_while(|cell_m| *cell_m >= LEAST_FOR_GAPS_M);
+            let Some(cell_m) = asked_m.find(|cell_m| is_met(lane, *cell_m, axis, &places_m)) else {
                 continue;
-            }
+            };
             if found.is_none_or(|(known_m, _)| cell_m < known_m) {
                 found = Some((cell_m, gap_m));
             }
