@@ -21,7 +21,8 @@ fn fleet() -> (Air, Vec<(Point3<f64>, f64)>) {
         }
     };
     let names = std::iter::once("kolibri").chain(std::iter::repeat_n("offboard-2", 10));
-    let mut air = Air::new(names.map(part).collect(), (0.6, 0.02), (0.0, 10.0));
+    let air = Air::new(names.map(part).collect(), (0.6, 0.02), (0.0, 10.0));
+    let mut air = air.expect("in range");
     let mut places = Vec::new();
     for step in 0..3000 {
         let x_m = 0.04 * f64::from(step) - 118.0;

@@ -28,7 +28,7 @@ impl Tick {
         }
     }
 
-    /// The whole number of ticks that `duration_s` needs, rounded up (a part in 10⁹ is forgiven).
+    /// The whole number of ticks that `duration_s` needs, rounded up (a nanosecond is forgiven).
     pub fn lasting(duration_s: f64) -> u32 {
         (duration_s * Self::PER_SECOND - 1e-9 * Self::PER_SECOND)
             .ceil()

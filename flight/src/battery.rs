@@ -1,5 +1,6 @@
 //! What a plan takes of each drone's battery, before anything is flown: hovering for as long as it
-//! is in the air, the climbs, and what the air it meets costs. Drag is left out; `fly` has it.
+//! is in the air, up to the plan's end, the climbs, and what the air it meets costs. Drag is left
+//! out; `fly` has it.
 
 use airflow::GRAVITY_MPS2;
 use planner::Plan;
@@ -16,7 +17,7 @@ pub struct Charge {
     pub drone: String,
     /// Its airframe's.
     pub airframe: String,
-    /// Electrical energy to its own last time (Wh).
+    /// Electrical energy to the last time of the plan (Wh).
     pub energy_wh: f64,
     /// Of a full battery (Wh); `None`: not known.
     pub capacity_wh: Option<f64>,
@@ -27,10 +28,12 @@ pub struct Charge {
 /// Of every drone of a plan whose airframe can be, in the plan's order.
 #[must_use]
 pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
+    let last_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
+    let ends_s = plan.drones.iter().filter_map(last_s).fold(0.0, f64::max);
     let charge = |drone: &DronePlan| {
         let airframe = drone.airframe.airframe().ok()?;
         let vehicle = Vehicle::of(&airframe, &setup.entry(airframe.name()));
-        let energy_wh = energy_j(drone) / vehicle.drive_efficiency / 3600.0;
+        let energy_wh = energy_j(drone, ends_s) / vehicle.drive_efficiency / 3600.0;
         Some(Charge {
             drone: drone.name.clone(),
             airframe: airframe.name().to_owned(),
@@ -42,19 +45,24 @@ pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
     plan.drones.iter().filter_map(charge).collect()
 }
 
-/// Aerodynamic: m g U_H while it is in the air, m g per metre of climb, and the air's price (J).
-fn energy_j(drone: &DronePlan) -> f64 {
+/// Aerodynamic: m g U_H while it is in the air before a plan ends (s), m g per metre of climb, and
+/// the air's price (J).
+fn energy_j(drone: &DronePlan, ends_s: f64) -> f64 {
     let path = &drone.trajectory;
     let (from_s, until_s) = drone.airborne_s;
-    let until_s = until_s.unwrap_or(f64::INFINITY);
+    let until_s = until_s.unwrap_or(ends_s);
     let own_kg = drone.airframe.mass_kg.max(f64::MIN_POSITIVE);
     let mut energy_j = drone.extra_energy_j;
-    let times = path.t_s.windows(2).zip(path.position_m.windows(2));
-    for ((times_s, places_m), mass_kg) in times.zip(&path.mass_kg) {
+    // Where it ends it may hover on.
+    let next_s = path.t_s.iter().skip(1).chain([&ends_s]);
+    let next_m = path.position_m.iter().skip(1).chain(path.position_m.last());
+    let pieces = path.t_s.iter().zip(next_s);
+    let places_m = path.position_m.iter().zip(next_m);
+    for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(&path.mass_kg) {
         let hover_mps = drone.airframe.hover_induced_velocity_mps * (mass_kg / own_kg).sqrt();
         let weight_n = mass_kg * GRAVITY_MPS2;
-        let flies_s = times_s[1].min(until_s) - times_s[0].max(from_s);
-        let climbs_m = places_m[1].z - places_m[0].z;
+        let flies_s = times_s.1.min(until_s) - times_s.0.max(from_s);
+        let climbs_m = places_m.1.z - places_m.0.z;
         energy_j += weight_n * (hover_mps * flies_s.max(0.0) + climbs_m.max(0.0));
     }
     energy_j
@@ -69,11 +77,14 @@ mod tests {
         let text = r#"{"format": "plan/1", "scenario": "s", "bounds_m": {"min": [0,0,0], "max": [9,9,9]},
             "drones": [
                 {"name": "a", "airframe": "matrice-300", "trajectory": {"t_s": [0, 60], "position_m": [[1,1,4],[1,1,4]]}},
-                {"name": "b", "airframe": "kolibri", "trajectory": {"t_s": [0, 60], "position_m": [[7,7,1],[7,7,3]]}}]}"#;
+                {"name": "b", "airframe": "kolibri", "trajectory": {"t_s": [0, 60], "position_m": [[7,7,1],[7,7,3]]}},
+                {"name": "c", "airframe": "matrice-300", "trajectory": {"t_s": [0], "position_m": [[1,7,4]]}}]}"#;
         let plan = planner::plan::file::read(text).expect("a plan").plan;
-        let [a, b] = &of_plan(&plan, &Setup::default())[..] else {
-            panic!("two drones");
+        let [a, b, c] = &of_plan(&plan, &Setup::default())[..] else {
+            panic!("three drones");
         };
+        // Whatever a trajectory says of a drone that hovers on.
+        assert_eq!(a.energy_wh, c.energy_wh);
         let airframe = &plan.drones[0].airframe;
         let hover_w = airframe.mass_kg * GRAVITY_MPS2 * airframe.hover_induced_velocity_mps;
         assert!((a.energy_wh - hover_w * 60.0 / 0.5 / 3600.0).abs() < 1e-9);

@@ -77,7 +77,7 @@ const LEAST_LIFT: f64 = 0.25;
 
 /// The velocity asked for stays within this many times the vehicle's highest speed, and a little
 /// (m/s); assumed, so that a large error does not ask for more than a stack would.
-fn most_speed_mps(max_speed_mps: f64) -> f64 {
+pub(crate) fn most_speed_mps(max_speed_mps: f64) -> f64 {
     1.5 * max_speed_mps + 1.0
 }
 

@@ -18,7 +18,7 @@
 //! };
 //! let fleet = vec![part("offboard-2"), part("kolibri")];
 //! // Air at the centreline's speed, a moment every 20 ms, over a floor at 0.
-//! let mut air = Air::new(fleet, (1.0, 0.02), (0.0, 8.0));
+//! let mut air = Air::new(fleet, (1.0, 0.02), (0.0, 8.0)).expect("in range");
 //! for step in 0..100 {
 //!     // A drone crosses 2 m/s fast above one that hovers: places (m) and thrusts over weight.
 //!     let x_m = -2.0 + 0.04 * f64::from(step);
@@ -28,16 +28,22 @@
 //! assert!(factors.power > 1.0 && factors.throttle > 1.0 && factors.throttle < factors.power);
 //! ```
 
-use airflow::{DiscPoints, Superposition, Wake, power};
+use std::ops::RangeInclusive;
+
+use airflow::{CONVECTION_FACTORS, DiscPoints, Superposition, Wake, power};
 use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::fleet::FlyError;
 use crate::wakes::{Emitter, Moment, Receiver};
 
 /// Power goes with the third power of the rotors' speed, so a factor on power is its cube root on
 /// the speed.
 const SPEED_EXPONENT: f64 = 1.0 / 3.0;
+
+/// Between two records of places (s): chosen here, what a flight stack may do.
+const STEPS_S: RangeInclusive<f64> = 0.001..=1.0;
 
 /// What a drone knows of the air it is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -117,12 +123,26 @@ pub struct Air {
 impl Air {
     /// A fleet's; air at `convection` times the centreline's speed, places recorded `step_s` apart
     /// (s), between a floor and the highest place (m, world).
-    #[must_use]
+    ///
+    /// # Errors
+    /// A `convection` beyond [`CONVECTION_FACTORS`], a `step_s` that is not within a millisecond to
+    /// a second, or heights that are not finite.
     pub fn new(
         fleet: Vec<Part>,
         (convection, step_s): (f64, f64),
         (floor_z_m, highest_z_m): (f64, f64),
-    ) -> Air {
+    ) -> Result<Air, FlyError> {
+        let [low, high] = CONVECTION_FACTORS;
+        for (what, value, is_in_range) in [
+            ("convection", convection, (low..=high).contains(&convection)),
+            ("step_s", step_s, STEPS_S.contains(&step_s)),
+            ("floor_z_m", floor_z_m, floor_z_m.is_finite()),
+            ("highest_z_m", highest_z_m, highest_z_m.is_finite()),
+        ] {
+            if !is_in_range {
+                return Err(FlyError::Options(format!("{what} is {value}")));
+            }
+        }
         let (mut emitters, mut receivers) = (Vec::new(), Vec::new());
         for Part { wake, discs } in fleet {
             emitters.push(Emitter::new(
@@ -132,11 +152,11 @@ impl Air {
             ));
             receivers.push(Receiver::new(discs, Superposition::Momentum));
         }
-        Air {
+        Ok(Air {
             emitters,
             receivers,
             floor_z_m,
-        }
+        })
     }
 
     /// The place (m) of every drone, in the fleet's order, and its thrust over the weight that its

@@ -35,8 +35,11 @@ pub enum FlyError {
         /// What is wrong with it.
         what: String,
     },
+    /// Options with which nothing can be flown.
+    #[error("{0}")]
+    Options(String),
     /// More drones in one place than can be flown.
-    #[error("{drones} drones are within 4 m of floor at {at_s:.0} s; at most {most} can be flown")]
+    #[error("{drones} drones are in one place at {at_s:.0} s; at most {most} can be flown")]
     TooDense {
         /// How many.
         drones: usize,
@@ -218,6 +221,16 @@ impl Fleet {
                 (self.wake(plan, &airframe), dynamics)
             }
         };
+        let masses_kg = drone.trajectory.mass_kg.iter().copied();
+        let heaviest_kg = masses_kg.fold(airframe.mass_kg(), f64::max);
+        let thrust_to_weight = dynamics.vehicle.thrust_to_weight;
+        let most_kg = thrust_to_weight * airframe.mass_kg();
+        if heaviest_kg > most_kg {
+            return Err(format!(
+                "it weighs {heaviest_kg} kg with all it carries, and its rotors lift {most_kg:.3} kg: \
+                 {thrust_to_weight} times its own mass"
+            ));
+        }
         Ok(Craft {
             name: drone.name.clone(),
             course,

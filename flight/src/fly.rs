@@ -5,6 +5,7 @@
 //! flies on. Drones are worked on in parallel, each from the same picture of the others, so the
 //! number of threads changes nothing.
 
+use airflow::CONVECTION_FACTORS;
 use airflow::effects::WakeLean;
 use nalgebra::{Point3, Vector3};
 use planner::Plan;
@@ -13,7 +14,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::bins::{Bins, Entry};
-use crate::controller::{Cascade, Controller, Gains};
+use crate::controller::{Cascade, Controller, Gains, most_speed_mps};
 use crate::feed_forward::{Factors, FeedForward};
 use crate::fleet::{Craft, Fleet, FlyError};
 use crate::gusts::{Gusts, INTENSITY};
@@ -46,8 +47,7 @@ const FLOOR_M: f64 = 0.02;
 const CONTACT_M: f64 = 2.0;
 /// Obstacles below a drone are none within this of its pad (m), as the verifier has it.
 const PAD_M: f64 = 0.5;
-/// Drones times seconds that are flown at most: chosen here, about 400 MiB of what is kept of
-/// them.
+/// Drones times seconds that are flown at most: chosen here, some 400 MiB of what is kept of them.
 const MOST_DRONE_SECONDS: f64 = 3e5;
 /// Drones in one cell of floor at most: chosen here; a million pairs a step take tens of seconds.
 const MOST_IN_A_CELL: usize = 1000;
@@ -67,9 +67,10 @@ pub struct Options {
     pub controllers: Vec<Controller>,
     /// Each of them flies; `none` is flown in any case.
     pub feed_forward: Vec<FeedForward>,
-    /// Speeds of the air in wakes over that of the centreline; each is flown.
+    /// Speeds of the air in wakes over that of the centreline, within [`CONVECTION_FACTORS`]; each
+    /// is flown.
     pub convection: Vec<f64>,
-    /// Intensity of gusts over the centreline speed; 0: none.
+    /// Intensity of gusts over the centreline speed, 0 to 1; 0: none.
     pub gusts: f64,
     /// Whether air leaves along the thrust, turned about, whatever a finding says of it.
     pub lean: bool,
@@ -98,6 +99,22 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// What keeps anything from being flown with them.
+    fn problem(&self) -> Option<String> {
+        let [low, high] = CONVECTION_FACTORS;
+        let is_factor = |it: &&f64| (low..=high).contains(*it);
+        if let Some(factor) = self.convection.iter().find(|it| !is_factor(it)) {
+            return Some(format!(
+                "a convection factor is {factor}: not within {low} to {high}"
+            ));
+        }
+        let gusts = self.gusts;
+        (!(0.0..=1.0).contains(&gusts))
+            .then(|| format!("the intensity of gusts is {gusts}: not within 0 to 1"))
+    }
+}
+
 /// Flies a plan. `progress` is told how many seconds of how many, over all flights; it is called
 /// from any thread.
 ///
@@ -112,6 +129,9 @@ pub fn fly(
     options: &Options,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<FlightReport, FlyError> {
+    if let Some(problem) = options.problem() {
+        return Err(FlyError::Options(problem));
+    }
     let fleet = Fleet::new(plan, setup)?;
     let until_s = options.until_s.unwrap_or(f64::INFINITY).max(0.0);
     let until_s = until_s.min(fleet.last_s + TAIL_S);
@@ -124,7 +144,9 @@ pub fn fly(
             most: MOST_DRONE_SECONDS,
         });
     }
-    let steps = (lasts_s / STEP_S).round() as usize;
+    // However soon it ends, of what counts there is one.
+    let settling = (SETTLE_S / STEP_S).round() as usize;
+    let steps = ((lasts_s / STEP_S).round() as usize).max(settling + 1);
     let mut feed_forward = options.feed_forward.clone();
     if !feed_forward.contains(&FeedForward::None) {
         feed_forward.insert(0, FeedForward::None);
@@ -285,7 +307,7 @@ struct Pilot {
     known_mps: f64,
     links: Vec<Link>,
     tally: Tally,
-    /// Altitude at every step (m); not a number: not flying.
+    /// In calm air, altitude at every step (m); not a number: not flying.
     altitude_m: Vec<f32>,
     /// Distance from the plan along the axes (m), and alpha; not numbers: not flying.
     trace: Vec<[f32; 4]>,
@@ -407,7 +429,7 @@ impl Setting<'_> {
             known_mps: 0.0,
             links: Vec::new(),
             tally: Tally::default(),
-            altitude_m: Vec::with_capacity(self.steps),
+            altitude_m: Vec::new(),
             trace: Vec::with_capacity(self.steps / TRACE_EVERY + 1),
         }
     }
@@ -423,8 +445,7 @@ impl Setting<'_> {
         each.for_each(|(k, ((pilot, emitter), craft))| {
             emitter.record(self.moment(pilot, craft));
             pilot.links.clear();
-            // A controller may ask for half as much again.
-            let fastest_mps = 1.5 * craft.max_speed_mps + 1.0;
+            let fastest_mps = most_speed_mps(craft.max_speed_mps);
             emitter.links(k as u32, fastest_mps, &mut pilot.links);
         });
     }
@@ -484,7 +505,9 @@ impl Setting<'_> {
                 f32::NAN
             }
         };
-        pilot.altitude_m.push(shown(pilot.body.position_m.z));
+        if self.air.is_none() {
+            pilot.altitude_m.push(shown(pilot.body.position_m.z));
+        }
         if step.is_multiple_of(TRACE_EVERY) && self.air.is_some() {
             let off_m = pilot.body.position_m - reference.position_m;
             let values = [off_m.x, off_m.y, off_m.z, alpha];
@@ -505,8 +528,9 @@ impl Setting<'_> {
             if counts {
                 pilot.tally.tracking(&reference, &pilot.body);
             }
-            let is_own = counts && at_s <= craft.course.last_s;
-            self.move_on(pilot, craft, &reference, (step_s, is_own, hover_mps));
+            // Who hovers on at its end draws as much as before.
+            let is_told = counts && at_s <= self.fleet.last_s;
+            self.move_on(pilot, craft, &reference, (step_s, is_told, hover_mps));
         }
     }
 
@@ -524,7 +548,7 @@ impl Setting<'_> {
         pilot: &mut Pilot,
         craft: &Craft,
         reference: &Reference,
-        (step_s, is_own, hover_mps): (f64, bool, f64),
+        (step_s, is_told, hover_mps): (f64, bool, f64),
     ) {
         let speed_mps = craft.max_speed_mps;
         let state = (reference, &pilot.body);
@@ -549,7 +573,7 @@ impl Setting<'_> {
         pilot.strength = (effort.thrust_n / dynamics.weight_n)
             .clamp(0.05, 4.0)
             .sqrt();
-        if is_own {
+        if is_told {
             pilot.tally.energy_j += effort.power_w * step_s;
         }
         if is_full {
@@ -751,6 +775,34 @@ mod tests {
             assert!(flight.fleet.tracking_max_m < 1e-9);
             assert_eq!(flight.fleet.worst_alpha, 0.0);
         }
+    }
+
+    #[test]
+    fn what_cannot_be_flown_is_told() {
+        let alone = |more: &str| plan(&[drone(("a", "kolibri"), &[(5.0, [5.0, 5.0, 2.0])], more)]);
+        let told = |plan: &Plan, options: &Options| {
+            let flown = fly(plan, &Setup::default(), options, &|_, _| ());
+            flown.expect_err("cannot be flown").to_string()
+        };
+        for convection in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
+            let said = told(&alone(""), &calm_at(convection));
+            assert!(said.contains("convection factor"), "{said}");
+        }
+        let gusty = Options {
+            gusts: f64::NAN,
+            ..Options::default()
+        };
+        assert!(told(&alone(""), &gusty).contains("gusts"));
+        let mut heavy = alone("");
+        heavy.drones[0].trajectory.mass_kg[0] *= 5.0;
+        let said = told(&heavy, &Options::default());
+        assert!(said.contains("its rotors lift"), "{said}");
+        // However little of it is flown, it is.
+        let short = Options {
+            until_s: Some(0.001),
+            ..calm_at(1.0)
+        };
+        assert_eq!(flown(&alone(""), &short).flights[0].fleet.flown, 1);
     }
 
     #[test]

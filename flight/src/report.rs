@@ -176,7 +176,7 @@ pub struct DroneFlight {
     pub least_obstacle: Option<String>,
     /// Time at its largest tilt (s).
     pub full_tilt_s: f64,
-    /// Aerodynamic energy to its last time (J).
+    /// Aerodynamic energy to the plan's last time (J).
     pub energy_j: f64,
     /// Of that, what the same flight in calm air does not take (J).
     pub extra_energy_j: f64,

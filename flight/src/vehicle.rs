@@ -28,7 +28,7 @@ const ATTITUDE_LAG_S: f64 = 0.08;
 /// m.
 const ATTITUDE_LAG_AT_M: f64 = 0.27;
 /// Fastest turn of the direction of thrust (rad/s). Assumed, not in the paper: PX4's default limit
-/// of roll and pitch rate (220 deg/s).
+/// of roll and pitch rate (220 deg/s), to one digit.
 const TILT_RATE_RADPS: f64 = 4.0;
 /// Drag area seen from above over the squared motor distance: the middle of what
 /// [`airflow::effects::BodyDrag`] has for frames.
@@ -284,7 +284,8 @@ impl Dynamics {
         let most = vehicle.max_tilt_rate_radps * step_s;
         body.up = (body.up + turn.cap_magnitude(most)).normalize();
         // The flight stack knows thrust by the rotors' speed in still air.
-        let lift_n = command.lift_n / body.up.z.max(LEAST_UPRIGHT);
+        let least_upright = vehicle.max_tilt_deg.to_radians().cos();
+        let lift_n = command.lift_n / body.up.z.max(least_upright.min(LEAST_UPRIGHT));
         let asked = (lift_n / self.weight_n).max(0.0).sqrt() * command.speed_factor;
         let asked = asked.clamp(LEAST_SPEED, vehicle.thrust_to_weight.sqrt());
         body.rotor_speed += (asked - body.rotor_speed) * share(vehicle.motor_lag_s);
@@ -308,6 +309,6 @@ impl Dynamics {
     }
 }
 
-/// Lift is divided by no less than this part of the thrust's vertical share: chosen here, a tilt of
-/// 53 degrees, beyond every largest tilt above.
+/// Lift is divided by no less than this part of the thrust's vertical share, or that at the largest
+/// tilt: chosen here, a tilt of 53 degrees, beyond every largest tilt above.
 const LEAST_UPRIGHT: f64 = 0.6;

@@ -223,9 +223,11 @@ fn stands(explained: &Explained, plan: &Plan) -> &'static str {
     let path = drone.map(|it| it.trajectory.t_s.iter().zip(&it.trajectory.position_m));
     let moves_on =
         |(t_s, at_m): (&f64, &Point3<f64>)| *t_s > explained.at_s && *at_m != explained.position_m;
+    let is_done = drone.is_none_or(|it| it.arrives_s <= explained.at_s);
     match path.is_some_and(|mut path| path.any(moves_on)) {
         true => "stands: it has not begun",
-        false => "stands: it is done",
+        false if is_done => "stands: it is done",
+        false => "stands at its last task",
     }
 }
 

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use airflow::CONVECTION_FACTORS;
 use clap::{Args, ValueEnum};
 use flight::controller::Controller;
 use flight::feed_forward::FeedForward;
@@ -43,8 +44,9 @@ pub(crate) struct Arguments {
     /// Which airframes a show or a log is of, and where they fly (RON; see docs/shows.md)
     #[arg(long, value_name = "FLEET.ron", requires = "plan")]
     airframes: Option<PathBuf>,
-    /// Fly the paper's own case instead: a Kolibri passes below an Offboard 2
-    #[arg(long, conflicts_with = "plan")]
+    /// Fly the paper's own case instead: a Kolibri passes below an Offboard 2. Of what follows,
+    /// gusts, their seed and vehicles are heeded
+    #[arg(long, conflicts_with_all = ["plan", "controller", "feed_forward", "convection", "lean", "until", "out"])]
     paper: bool,
     /// Controller
     #[arg(long, value_enum, default_value_t = Controllers::Px4)]
@@ -52,7 +54,7 @@ pub(crate) struct Arguments {
     /// What drones know of the air, one or several; without feed-forward is flown in any case
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Known::Paper, Known::Late, Known::Matched])]
     feed_forward: Vec<Known>,
-    /// Speed of the air in wakes over that of the centreline, one or several, 0.1 to 10
+    /// Speed of the air in wakes over that of the centreline, one or several, 0.05 to 1000
     /// [default: the plan's range, else 1 and 0.6]
     #[arg(long, value_name = "K", value_delimiter = ',', value_parser = convection)]
     convection: Vec<f64>,
@@ -113,6 +115,9 @@ enum Known {
 struct Printed<'a> {
     #[serde(flatten)]
     report: &'a FlightReport,
+    /// What is wrong with the plan itself.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    notes: &'a [String],
     #[serde(skip_serializing_if = "<[PathBuf]>::is_empty")]
     files: &'a [PathBuf],
 }
@@ -155,11 +160,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         }
     };
     unsaid(&mut flown, &file);
+    let contradictions = planner::verify::contradictions(&file.plan);
+    let notes: Vec<String> = contradictions.iter().map(ToString::to_string).collect();
     let figure = plots::flight::draw(&flown);
     let report = report::report(&name, &flown, figure);
     let json = |files: &[PathBuf]| {
         let printed = Printed {
             report: &flown,
+            notes: &notes,
             files,
         };
         files::json_down_to(&printed, LEVELS)
@@ -174,6 +182,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Format::Json => json(&files),
     })?;
     if arguments.format == Format::Text {
+        for note in &notes {
+            tell(&format!("note: {note}"));
+        }
         tell(ALPHA);
     }
     Ok(Answer::from(flown.is_within_limits()))
@@ -261,7 +272,8 @@ fn unsaid(flown: &mut FlightReport, file: &PlanFile) {
 
 /// A ratio from the command line.
 fn convection(text: &str) -> Result<f64, String> {
-    within(text, 0.1, 10.0)
+    let [low, high] = CONVECTION_FACTORS;
+    within(text, low, high)
 }
 
 fn intensity(text: &str) -> Result<f64, String> {

@@ -107,7 +107,7 @@ pub(super) fn above_0(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     match value > 0.0 && value <= 1e4 {
         true => Ok(value),
-        false => Err("must be above 0".to_owned()),
+        false => Err("must be above 0 and at most 10000".to_owned()),
     }
 }
 

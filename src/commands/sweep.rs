@@ -67,6 +67,9 @@ struct Row {
     extra_energy_j: Option<f64>,
 }
 
+/// Sections of a scenario that hold several of a kind.
+const LISTS: [&str; 5] = ["drones", "obstacles", "zones", "airframes", "formations"];
+
 fn setting(text: &str) -> Result<Setting, String> {
     let form = "SECTION.KEY=FROM:TO:STEP or SECTION.KEY=A,B,C is asked for";
     let (name, values) = text.split_once('=').ok_or(form)?;
@@ -75,6 +78,11 @@ fn setting(text: &str) -> Result<Setting, String> {
         |it: &str| !it.is_empty() && it.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if !is_name(section) || !is_name(key) {
         return Err(form.to_owned());
+    }
+    if LISTS.contains(&section) {
+        return Err(format!(
+            "`{section}` is a list; one setting of a section such as planning or air is asked for"
+        ));
     }
     let number = |it: &str| {
         let value = it.trim().parse::<f64>().ok().filter(|it| it.is_finite());
@@ -92,6 +100,8 @@ fn setting(text: &str) -> Result<Setting, String> {
             };
             (0..=count.min(MOST_VALUES)).map(at).collect()
         }
+        (true, &[_, _, step]) if step <= 0.0 => return Err("STEP must be above 0".to_owned()),
+        (true, [_, _, _]) => return Err("FROM must not be above TO".to_owned()),
         _ => return Err(form.to_owned()),
     };
     match values.len() {
@@ -269,6 +279,8 @@ mod tests {
             "planning.air_limit=1:0:1",
             "planning.x=a",
             "planning.x=0:1000:1",
+            "planning.x=0:1:0",
+            "drones.air_limit=0.1,0.2",
         ] {
             assert!(of(wrong).is_err(), "{wrong}");
         }

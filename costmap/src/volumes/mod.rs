@@ -1,4 +1,5 @@
-//! The geometry of one drone's body and wake, as parry shapes: written once, flown everywhere.
+//! The geometry of one drone's body and wake, as parry shapes, written once: what is flown, and
+//! ([`swept`], [`iso_speed`]) what tests hold that against.
 //!
 //! All lengths in metres, z up; depths are measured down from the rotor plane. Every approximation
 //! is outward.

@@ -586,7 +586,8 @@ impl TrajectoryEntry {
         let Some(piece) = self.point_at(at_s) else {
             return self.position_m.first().map(at_rest);
         };
-        let Some(motion) = self.motion(piece) else {
+        // A piece that takes no time leads to the next.
+        let Some(motion) = (piece..self.t_s.len()).find_map(|piece| self.motion(piece)) else {
             return self.position_m.last().map(at_rest);
         };
         Some(MotionState {

@@ -180,14 +180,14 @@ impl EndpointConflict {
         match self.when {
             EndpointKind::Starts => None,
             EndpointKind::Goals => tasks.checked_sub(1),
-            EndpointKind::Tasks => Some(self.meeting?.task? - 1),
+            EndpointKind::Tasks => self.meeting?.task?.checked_sub(1),
         }
     }
 
     /// The same of the other drone, where there is one.
     pub fn their_task_of(&self, tasks: usize) -> Option<usize> {
         match self.when {
-            EndpointKind::Tasks => Some(self.meeting?.their_task? - 1),
+            EndpointKind::Tasks => self.meeting?.their_task?.checked_sub(1),
             EndpointKind::Starts | EndpointKind::Goals => self.task_of(tasks),
         }
     }

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::{GivenError, given};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
-use crate::scenario::limits::{BUSY_S, DELAY_S};
+use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
@@ -172,11 +172,11 @@ pub(super) fn problems(
     is_fixed: impl Fn(usize) -> bool,
 ) -> Vec<ChangeError> {
     let mut found = Vec::new();
-    let mut seen = BTreeSet::new();
+    let mut seen: BTreeSet<String> = BTreeSet::new();
     let mut placed: Vec<Drone> = Vec::new();
     for change in changes {
         let name = change.drone();
-        if !seen.insert(name) {
+        if !seen.insert(name.to_owned()) {
             found.push(ChangeError::Twice(name.to_owned()));
         }
         let index = world.drones.iter().position(|drone| drone.name == name);
@@ -210,8 +210,15 @@ pub(super) fn problems(
             }
             (Change::Failed { lies_m, .. }, Some(_)) => {
                 let wreck = wreck_of(name);
+                let fault = name_fault(&wreck).map(|fault| WorldError::Name {
+                    whose: format!("the wreck of `{name}`"),
+                    fault,
+                });
+                found.extend(fault.map(|it| ChangeError::Number(Box::new(it))));
                 if world.drones.iter().any(|known| known.name == wreck) {
                     found.push(ChangeError::Known(wreck));
+                } else if !seen.insert(wreck.clone()) {
+                    found.push(ChangeError::Twice(wreck));
                 }
                 // Whether a body fits there is not asked: it lies there.
                 let (min, max) = (world.bounds_m.min, world.bounds_m.max);

@@ -281,7 +281,11 @@ impl Running {
     pub fn note(&mut self, at_s: f64, theirs: &[DronePlan]) -> Result<(), Vec<ChangeError>> {
         let at = self.moment(at_s).map_err(|error| vec![error])?;
         let wrong = theirs.iter().filter_map(|it| given(it, &self.world).err());
-        let wrong: Vec<_> = wrong.map(|it| ChangeError::Given(Box::new(it))).collect();
+        let wrong = wrong.map(|it| ChangeError::Given(Box::new(it)));
+        let mut names = BTreeSet::new();
+        let twice = theirs.iter().filter(|it| !names.insert(it.name.as_str()));
+        let twice = twice.map(|it| ChangeError::Twice(it.name.clone()));
+        let wrong: Vec<_> = wrong.chain(twice).collect();
         if !wrong.is_empty() {
             return Err(wrong);
         }
@@ -385,7 +389,7 @@ impl Running {
             }
         }
         let violations = &mut self.plan.violations;
-        violations.retain(|it| it.matters_from(before_s));
+        violations.retain(|it| it.matters_from(before.seconds()));
         self.forget_kinds();
         let flown = self.world.drones.iter().zip(&self.plan.drones);
         let fixed = flown.zip(&self.tracks).filter(|(_, track)| track.is_fixed);
@@ -759,14 +763,14 @@ impl Turn<'_> {
         self.ask(index, cause, true, None);
     }
 
-    /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at
-    /// rest.
+    /// Sets a drone back by a time (s): at most to where its track begins, where it stands for what
+    /// is left of it; nothing to do for one at rest.
     fn fall_behind(&mut self, index: usize, by_s: f64) {
         let (at, roadmap) = (self.at, &self.running.job.roadmap);
         let track = &mut self.running.tracks[index];
         let first = track.legs.first().map_or(at, |leg| leg.start);
-        let by = Tick::lasting(by_s).min(at.0 - first.0);
-        let was = Tick(at.0 - by);
+        let by = Tick::lasting(by_s);
+        let was = at.before(by).max(first);
         let rests = track
             .legs
             .iter()

@@ -374,7 +374,11 @@ impl Check {
             self.number(&whose, "a dwell", task.dwell_s, &DWELL_S);
             if let Some([from_s, until_s]) = task.during_s {
                 self.number(&whose, "the time it is due", from_s, &DURING_S);
-                self.number(&whose, "the time it stays until", until_s, &DURING_S);
+                let after = Limits {
+                    low: from_s.max(DURING_S.low),
+                    ..DURING_S
+                };
+                self.number(&whose, "the time it stays until", until_s, &after);
             }
             if let Some(load_kg) = task.load_kg {
                 self.number(&whose, "a load", load_kg, &LOAD_KG);
@@ -396,6 +400,9 @@ impl Check {
             let words = found.words(world).to_string();
             self.errors.push(WorldError::Misplaced { found, words });
         }
+        let problems = world.effects.problems().into_iter();
+        let problems = problems.map(|it| WorldError::Effects(it.to_string()));
+        self.errors.extend(problems);
         let refused = airflow::Flown::of(&world.effects)
             .err()
             .into_iter()

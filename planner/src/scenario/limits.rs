@@ -22,7 +22,7 @@ impl Limits {
 }
 
 /// What keeps a text from being a name, in words; `None`: it is one.
-pub(super) fn name_fault(name: &str) -> Option<&'static str> {
+pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
     if name.trim().is_empty() {
         Some("empty")
     } else if name.chars().any(char::is_control) {

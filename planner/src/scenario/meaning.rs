@@ -385,7 +385,9 @@ impl<'w> Meaning<'w> {
             let message = format!("task {task} of drone `{name}` loads more than it could lift");
             let label = format!("`{}` weighs {own_kg} kg itself", vehicle.airframe.name());
             let times = MOST_MASS_RATIO - 1.0;
-            let help = format!("at most {most_kg:.2} kg: {times} times its own mass");
+            // Rounded, it would not do.
+            let most_g = (most_kg * 1000.0).floor();
+            let help = format!("at most {} kg: {times} times its own mass", most_g / 1000.0);
             let problem = Problem::at(&load.at, message).label(label);
             self.problems.push(problem.help(help));
         }

@@ -191,7 +191,7 @@ fn place_of<'a>(drone: &'a mut Drone, conflict: &EndpointConflict) -> &'a mut Po
 ///
 /// A pair is named once, under the later of two bodies that touch and under the drone that suffers
 /// from a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is
-/// named.
+/// named. The world has to be in order ([`World::check`]).
 pub fn check(world: &World) -> EndpointConflicts {
     find(world).conflicts
 }

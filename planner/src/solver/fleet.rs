@@ -517,8 +517,8 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
 }
 
 /// What the fleet would do if it were planned without wakes, judged with them: the contrast alone,
-/// for worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another
-/// at the start.
+/// for worlds that [`plan_world`] finds blocked, and so in order. `None` where even the bodies
+/// exclude one another at the start.
 pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
     let endpoints = endpoints::find(world);
     // The worst come first, and bodies are.

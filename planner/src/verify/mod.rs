@@ -146,6 +146,15 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
     untold
 }
 
+/// What contradicts itself in a plan; nothing else is judged.
+pub fn contradictions(plan: &Plan) -> Vec<Violation> {
+    contents::read(plan)
+        .1
+        .into_iter()
+        .map(|(_, it)| it)
+        .collect()
+}
+
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
     let (scene, malformed) = contents::read(plan);

@@ -211,6 +211,23 @@ fn a_late_drone_stands_where_it_was_and_goes_on_from_there() {
 }
 
 #[test]
+fn a_drone_that_is_later_than_it_has_flown_stands_where_it_begins() {
+    let (world, plan) = hall(12);
+    for (at_s, by_s) in [(0.0, 5.0), (2.0, 6.0)] {
+        let change = late("d3", by_s);
+        let (running, told) =
+            replan(&world, &plan, at_s, &[change], &Control::QUIET).expect("in order");
+        sound(&running);
+        assert_eq!(told.changed[0].cause, Cause::Late);
+        let (old, new) = (find(&plan, "d3"), find(running.plan(), "d3"));
+        assert!(new.arrives_s >= old.arrives_s + by_s - 0.5, "{at_s}");
+        // It is there still when it goes on as planned at the earliest.
+        let begins_m = old.trajectory.position_m[0];
+        assert_eq!(new.trajectory.position_m(at_s), Some(begins_m));
+    }
+}
+
+#[test]
 fn a_drone_that_comes_is_nowhere_before() {
     let (world, plan) = hall(20);
     let [x, y] = free_column(&plan, 2);
@@ -577,6 +594,26 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
         .replan(6.0, &[removed("d1 (wreck)")], &Control::QUIET)
         .expect("it is carried off");
     sound(&running);
+    // What lies there needs a name of its own.
+    let fails = |drone: &str| Change::Failed {
+        drone: drone.to_owned(),
+        lies_m: None,
+    };
+    let [x, y] = free_column(running.plan(), 2);
+    let world = running.world().clone();
+    let comes = |name: &str| another(&world, name, [x, y, 5.5], task(x, y, 4.5));
+    let both = [fails("d3"), comes("d3 (wreck)")];
+    let wrong = running.replan(7.0, &both, &Control::QUIET);
+    assert_eq!(
+        wrong,
+        Err(vec![ChangeError::Twice("d3 (wreck)".to_owned())])
+    );
+    let long = "d".repeat(96);
+    running
+        .replan(7.0, &[comes(&long)], &Control::QUIET)
+        .expect("it comes");
+    let wrong = running.replan(8.0, &[fails(&long)], &Control::QUIET);
+    assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number(_)])));
 }
 
 /// A day in the life of a few drones: each is told another task once it has done the last, some
