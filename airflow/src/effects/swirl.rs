@@ -6,7 +6,9 @@
 //!
 //! Counter-rotating propellers cancel it but for yaw torque and failed rotors; it decays faster
 //! than the axial speed and enters a magnitude squared, so a speed probe hardly sees it. Range: `k`
-//! 0 to 0.8.
+//! 0 to 1.8: where the fastest air around the axis, `0.505 k U_C`, has 0.94 of the axial speed, the
+//! swirl number is `(G/2)/(1 - G²/4) = 0.6` (Chigier & Chervinsky 1967, J. Appl. Mech. 34:443), from
+//! which a jet breaks down.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +20,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "W_theta = k U_C xi/(1 + a xi^2)^2 s0/(s0 - s)",
     description: "the jet turns about its axis",
-    parameters: &[Parameter::ratio("ratio", &["k"], 0.0, [-0.8, 0.8]).fit(0.0, 0.8)],
+    parameters: &[Parameter::ratio("ratio", &["k"], 0.0, [-1.8, 1.8]).fit(0.0, 1.8)],
     essential: 1,
     home: Home::Jet,
     treatment: |_| SIDEWAYS,
