@@ -6,9 +6,9 @@
 //!
 //! Counter-rotating propellers cancel it but for yaw torque and failed rotors; it decays faster
 //! than the axial speed and enters a magnitude squared, so a speed probe hardly sees it. Range: `k`
-//! 0 to 1.8: where the fastest air around the axis, `0.505 k U_C`, has 0.94 of the axial speed, the
-//! swirl number is `(G/2)/(1 - G²/4) = 0.6` (Chigier & Chervinsky 1967, J. Appl. Mech. 34:443), from
-//! which a jet breaks down.
+//! 0 to 1.8, assumed here: air that turns as a solid body, at its edge with `G` of its axial speed,
+//! has the swirl number `(G/2)/(1 - G²/4)`, and jets turn back inside from about 0.6 (Gupta, Lilley
+//! & Syred 1984, Swirl Flows), `G` = 0.94. The fastest air around this axis has `0.505 k U_C`.
 
 use serde::{Deserialize, Serialize};
 

@@ -2,10 +2,11 @@
 //!
 //! The global lack-of-fit test says whether anything is there at all. Then the library's best has
 //! to hold its own against explanations that know no physics: a curve of the reading, boosted trees
-//! over the covariates, stretches of time. Where one of them takes, on blocks that neither has
-//! seen, more than the laws that are named may be off, something is missing that has no name here,
-//! and its shape is told: the covariates that it depends on, a curve, the nearest library term, a
-//! short expression. What they predict serves as correction inside what was sampled only.
+//! over the covariates, a pulsation, stretches of time; and against the noise. Where one of them
+//! takes more than the laws that are named may be off, or these leave more than they and the noise
+//! may be, something is missing that has no name here, and its shape is told: the covariates that
+//! it depends on, a curve, the nearest library term, a short expression. What they predict serves
+//! as correction inside what was sampled only.
 
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
@@ -164,7 +165,8 @@ fn of_the_room(setting: &Setting) -> Vec<Rhythm> {
 ///
 /// In this order: a curve of the reading alone (of probes, whose readings are the air's speed) that
 /// does better than the terms; trees that take more than the laws of the terms may be off; a
-/// pulsation; stretches of time that differ.
+/// pulsation, of rotors or of something in the room; stretches of time that differ; what named
+/// terms leave beyond their own errors and the noise's.
 #[must_use]
 pub fn outside(
     setting: &Setting,

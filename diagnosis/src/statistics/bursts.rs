@@ -16,9 +16,10 @@
 //! anywhere. For amounts, windows are parted by their mean level in thirds, for what the noise
 //! model has wrong depends on it.
 //!
-//! The p-value is that of Student's law with `0.82 n/2` degrees of freedom (the efficiency of `Q_n`,
-//! see [`spread`]; half the windows are independent), times the number of windows of that length, times the number of
-//! lengths for amounts and parts (Bonferroni, each of these with the same share).
+//! The p-value is that of Student's law with `0.82 n/2` degrees of freedom (the efficiency of
+//! `Q_n`, see [`spread`]; half the windows are independent), times the number of windows of that
+//! length, times the number of lengths for amounts and parts (Bonferroni, each of these with the
+//! same share).
 
 use std::ops::Range;
 

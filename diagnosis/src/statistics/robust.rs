@@ -27,8 +27,8 @@ fn stretch(e: f64) -> f64 {
     (1.0 + (e / GROSS) * (e / GROSS)).sqrt()
 }
 
-/// Standard deviation of normal values of which up to half are wild: Rousseeuw & Croux's `Q_n` (1993,
-/// J. Am. Stat. Assoc. 88:1273), with their factors for ten values and more.
+/// Standard deviation of normal values of which up to half are wild: `Q_n` of Rousseeuw & Croux
+/// (1993, J. Am. Stat. Assoc. 88:1273), with their factors for ten values and more.
 ///
 /// ```text
 /// Q_n = d_n 2.2191 {|x_i - x_j|, i < j}_(k),   k = h (h - 1)/2,   h = n/2 + 1
