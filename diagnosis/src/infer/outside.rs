@@ -189,11 +189,17 @@ pub fn outside(
         return Some(shape(setting, selection, left));
     }
     let fit = &chosen.fit;
-    let mut regular = [of_rotors, of_the_room].into_iter().filter_map(|rhythms| {
-        let rhythms = rhythms(setting);
-        let line = strongest_line(&rhythms, &fit.whitened).filter(|line| line.p < LINE_P)?;
-        Some(pulsation(setting, fit, &rhythms, line.frequency_hz))
+    // The surer first: what is switched has lines at three and five times its frequency, too.
+    let lines = [of_rotors(setting), of_the_room(setting)].into_iter();
+    let lines = lines.filter_map(|rhythms| {
+        let line = strongest_line(&rhythms, &fit.whitened)?;
+        (line.p < LINE_P).then_some((line.p, line.frequency_hz, rhythms))
     });
+    let mut lines: Vec<(f64, f64, Vec<Rhythm>)> = lines.collect();
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut regular = lines
+        .iter()
+        .map(|(_, frequency_hz, rhythms)| pulsation(setting, fit, rhythms, *frequency_hz));
     // Beside something that is named, a pulsation or stretches of time have to take more than it
     // may be off; that they are no chance their own p-value says.
     if !chosen.which.is_empty() {
