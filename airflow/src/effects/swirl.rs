@@ -6,7 +6,9 @@
 //!
 //! Counter-rotating propellers cancel it but for yaw torque and failed rotors; it decays faster
 //! than the axial speed and enters a magnitude squared, so a speed probe hardly sees it. Range: `k`
-//! 0 to 0.8.
+//! 0 to 1.8, assumed here: air that turns as a solid body, at its edge with `G` of its axial speed,
+//! has the swirl number `(G/2)/(1 - G²/4)`, and jets turn back inside from about 0.6 (Gupta, Lilley
+//! & Syred 1984, Swirl Flows), `G` = 0.94. The fastest air around this axis has `0.505 k U_C`.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +20,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "W_theta = k U_C xi/(1 + a xi^2)^2 s0/(s0 - s)",
     description: "the jet turns about its axis",
-    parameters: &[Parameter::ratio("ratio", &["k"], 0.0, [-0.8, 0.8]).fit(0.0, 0.8)],
+    parameters: &[Parameter::ratio("ratio", &["k"], 0.0, [-1.8, 1.8]).fit(0.0, 1.8)],
     essential: 1,
     home: Home::Jet,
     treatment: |_| SIDEWAYS,

@@ -121,6 +121,7 @@ fn test(kind: &Sort, seed: u64) -> (LackOfFit, f64) {
                 clock_s: samples.iter().map(|&i| made.t_s[i]).collect(),
                 weight: vec![1.0; samples.len()],
                 samples,
+                is_slow: false,
             }
         })
         .collect();

@@ -14,7 +14,7 @@ use crate::forward::hypothesis::Sensor;
 use crate::forward::observed::Observed;
 use crate::forward::simulate::Sample;
 use crate::infer::fit::Setting;
-use crate::infer::outside::Shape;
+use crate::infer::outside::{RELEASE, Shape};
 use crate::infer::select::{Selection, Tried};
 use crate::record::recording::{Role, Vehicle};
 
@@ -98,13 +98,17 @@ pub(crate) fn narrowing(shape: &Shape) -> Vec<String> {
         ];
     }
     if let Some(period_s) = shape.period_s {
-        return vec![
-            format!(
+        let is_of_rotors = shape.depends_on.iter().any(|(name, _)| name == RELEASE);
+        let what = match is_of_rotors {
+            true => format!(
                 "the drone's attitude and motors at {:.0} Hz or more: does anything there repeat every {period_s:.2} s?",
                 (10.0 / period_s).ceil()
             ),
-            other_probe.into(),
-        ];
+            false => format!(
+                "the room with no drone in the air: does anything there switch on and off every {period_s:.0} s?"
+            ),
+        };
+        return vec![what, other_probe.into()];
     }
     let ends = shape.curve.first().zip(shape.curve.last());
     let sweep = shape

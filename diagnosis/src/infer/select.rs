@@ -39,14 +39,20 @@ const LARGE_SHARE: f64 = 0.08;
 const MOST: f64 = 0.8;
 /// A law that may be off by more than this share is a closure.
 const CLOSURE: f64 = 0.05;
-/// Beside a closure (known to a tenth or two), this share, and clearly more than any function of
-/// the covariates could still take: a law that is right needs less to be learnt than trees do, and
-/// what only mends a closure does not beat them.
+/// Beside a closure (known to a tenth or two), this share, more of the squares than it may be off
+/// ([`beyond_closure`]), and clearly more than any function of the covariates could still take: a
+/// law that is right needs less to be learnt than trees do, and what only mends a closure does not
+/// beat them.
 const BESIDE_A_CLOSURE: f64 = 0.03;
 const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
 const BESIDE_A_LAW: f64 = 0.003;
 const MATCHES: f64 = 1.0;
+/// What a law may be off from its mechanism, in parts of the effect, where it states less: as much
+/// as the laws in closed form of this library state, for the jet below every law is one of them.
+const LAW_ERROR: f64 = 0.1;
+/// Standard deviations of that which are no news: 95 % of a normal law.
+const CLOSURES: f64 = 2.0;
 /// Naming: a rival does as well within so many standard errors of the difference, but no more than
 /// half of what the term in question brings; within 4 % of that; or within 2 (seven to one).
 const TIE_ERRORS: f64 = 2.0;
@@ -61,6 +67,40 @@ const RIVALS: usize = 3;
 /// Least promise (χ²) of a second with which a pair is fitted: half of what a term needs, since
 /// half of it shows from a start that points to the side.
 const LEAST_PROMISE: f64 = 0.5 * (2.0 * LEAST_GAIN);
+
+/// What the laws of terms may be off, two standard deviations, in parts of the effect.
+pub(crate) fn closure(setting: &Setting, terms: &Tried) -> f64 {
+    let members = terms.members(setting.candidates);
+    let off = members.iter().map(|of| of.closure_error);
+    CLOSURES * off.fold(LAW_ERROR, f64::max)
+}
+
+/// How much more of the squares of what the recording differs by something takes from what some
+/// terms leave, than their laws may be off: in the square of the channel's unit, block by block,
+/// where `after` is what it leaves of the recorded values.
+///
+/// ```text
+/// Σ_b [ rest² - after² - (2 c)² (before² - after²) ],    c = max(0.1, closure errors of the terms)
+/// ```
+///
+/// Squares in the reading's own unit, since a robust density counts a gross error that a law
+/// leaves hardly more than a small one.
+pub(crate) fn beyond_closure(
+    setting: &Setting,
+    nothing: &Tried,
+    terms: &Tried,
+    after: &[f64],
+) -> Gain {
+    let off = closure(setting, terms);
+    let blocks = &setting.noise.blocks;
+    let squares = |values: &[f64]| blocks.sums(values.iter().map(|value| value * value));
+    let rest = squares(&setting.left(&terms.fit.predicted));
+    let before = squares(&setting.left(&nothing.fit.predicted));
+    let of_blocks = rest.into_iter().zip(before).zip(squares(after));
+    let beyond =
+        of_blocks.map(|((rest, before), after)| rest - after - off * off * (before - after));
+    Gain::new(beyond.collect())
+}
 
 /// What trees over the covariates predict, held out, of what a fit leaves.
 #[must_use]
@@ -348,11 +388,19 @@ impl Search<'_> {
         [best].into_iter().chain(members).all(|single| {
             let more = pair.beyond(self.setting, single);
             let share = more.total / pair.gain.total;
-            let (least, over) = if self.setting.candidates[single.which[0]].closure_error > CLOSURE
-            {
-                (BESIDE_A_CLOSURE, BEATS)
-            } else {
-                (BESIDE_A_LAW, MATCHES)
+            let is_closure = self.setting.candidates[single.which[0]].closure_error > CLOSURE;
+            // What only mends its form is no second effect.
+            let mends = || {
+                let after = self.setting.left(&pair.fit.predicted);
+                let beyond = beyond_closure(self.setting, &self.tried.nothing, single, &after);
+                beyond.total <= 0.0
+            };
+            if is_closure && mends() {
+                return false;
+            }
+            let (least, over) = match is_closure {
+                true => (BESIDE_A_CLOSURE, BEATS),
+                false => (BESIDE_A_LAW, MATCHES),
             };
             let beats = share > least && more.total > over * left;
             let is_large = share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * left;

@@ -8,7 +8,7 @@
 //! ```text
 //! amount:  S_w = Σ eᵢ/√n_w
 //! part:    S_w = Σ eᵢ fᵢ/√(Σ fᵢ²)                          over the readings i of a window w
-//! z_w = (S_w - median)/max(1, 1.4826 · MAD)     among windows of one length and a like level
+//! z_w = (S_w - median)/max(1, Q_n)              among windows of one length and a like level
 //! ```
 //!
 //! with `e` whitened, in units of its spread at a like level, and bounded, and `f` what is
@@ -16,15 +16,15 @@
 //! anywhere. For amounts, windows are parted by their mean level in thirds, for what the noise
 //! model has wrong depends on it.
 //!
-//! The p-value is that of Student's law with `0.37 n/2` degrees of freedom (the efficiency of the
-//! median absolute deviation, Huber & Ronchetti 2009, Robust Statistics, section 5.1; half the
-//! windows are independent), times the number of windows of that length, times the number of
-//! lengths for amounts and parts (Bonferroni, each of these with the same share).
+//! The p-value is that of Student's law with `0.82 n/2` degrees of freedom (the efficiency of
+//! `Q_n`, see [`spread`]; half the windows are independent), times the number of windows of that
+//! length, times the number of lengths for amounts and parts (Bonferroni, each of these with the
+//! same share).
 
 use std::ops::Range;
 
 use super::quantile::median;
-use super::robust::weight;
+use super::robust::{spread, weight};
 use super::sequence::Blocks;
 use super::tail::student_two_sided;
 
@@ -41,8 +41,8 @@ const LEAST_ALIKE: usize = 24;
 const MOST_PARTS: usize = 3;
 /// A median absolute deviation over a normal's standard deviation.
 const MAD: f64 = 1.4826;
-/// Efficiency of it, of windows that overlap by half.
-const EFFICIENCY: f64 = 0.37 / 2.0;
+/// Efficiency of [`spread`], of windows that overlap by half.
+const EFFICIENCY: f64 = 0.82 / 2.0;
 
 /// Stretches that stand out.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,8 +165,7 @@ fn p_values(
         let alike = &told[part * count / parts..(part + 1) * count / parts];
         let mut scores: Vec<f64> = alike.iter().map(|(_, score, _)| *score).collect();
         let middle = median(&mut scores).unwrap_or(0.0);
-        let mut away: Vec<f64> = scores.iter().map(|s| (s - middle).abs()).collect();
-        let spread = (MAD * median(&mut away).unwrap_or(0.0)).max(1.0);
+        let spread = spread(&scores).unwrap_or(0.0).max(1.0);
         let freedom = EFFICIENCY * alike.len() as f64;
         let p = |score: f64| student_two_sided((score - middle) / spread, freedom);
         scored.extend(

@@ -84,9 +84,10 @@ pub struct Rhythm {
     pub samples: Vec<usize>,
     /// Of each of them, the time (s): as read, or of release at the rotors.
     pub clock_s: Vec<f64>,
-    /// Of each of them, how strongly it would show a pulsation; 1 for all, or the flow over the
-    /// noise.
+    /// Of each of them, how strongly it would show a pulsation: 1 or the flow, over the noise.
     pub weight: Vec<f64>,
+    /// Whether periods longer than a block are looked for, or such up to one.
+    pub is_slow: bool,
 }
 
 /// Which statistic.
@@ -147,7 +148,9 @@ pub fn minimum_detectable(whitened_tangent: &[f64]) -> Option<f64> {
     (square > 0.0).then(|| NOTICED / square.sqrt())
 }
 
-fn bounded(e: f64) -> f64 {
+/// A whitened residual of which no single one decides; of variance 1 in noise.
+#[must_use]
+pub fn bounded(e: f64) -> f64 {
     BOUNDED_TO_ONE * e * weight(e)
 }
 
@@ -232,11 +235,16 @@ fn variance_beyond_noise(joined: &Joined) -> f64 {
     nearest_rank(&variances, PHI_QUANTILE).map_or(1.0, |phi| phi.max(1.0))
 }
 
-fn strongest_line(rhythms: &[Rhythm], residual: &[f64]) -> Option<Line> {
+/// The strongest line of all rhythms in a whitened residual; its p-value counts them.
+#[must_use]
+pub fn strongest_line(rhythms: &[Rhythm], residual: &[f64]) -> Option<Line> {
     let of_rhythm = |rhythm: &Rhythm| {
         let weighed = rhythm.samples.iter().zip(&rhythm.weight);
         let values: Vec<f64> = weighed.map(|(&i, w)| w * bounded(residual[i])).collect();
-        spectrum::strongest_line(&rhythm.clock_s, &values)
+        match rhythm.is_slow {
+            true => spectrum::slow_line(&rhythm.clock_s, &values),
+            false => spectrum::strongest_line(&rhythm.clock_s, &values),
+        }
     };
     let lines = rhythms.iter().filter_map(of_rhythm);
     let line = lines.min_by(|a, b| a.p.total_cmp(&b.p))?;

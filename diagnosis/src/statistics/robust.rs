@@ -27,6 +27,27 @@ fn stretch(e: f64) -> f64 {
     (1.0 + (e / GROSS) * (e / GROSS)).sqrt()
 }
 
+/// Standard deviation of normal values of which up to half are wild: `Q_n` of Rousseeuw & Croux
+/// (1993, J. Am. Stat. Assoc. 88:1273), with their factors for ten values and more.
+///
+/// ```text
+/// Q_n = d_n 2.2191 {|x_i - x_j|, i < j}_(k),   k = h (h - 1)/2,   h = n/2 + 1
+/// ```
+///
+/// Its efficiency is 0.82 where that of the median absolute deviation is 0.37. `None` of fewer than
+/// two values.
+#[must_use]
+pub fn spread(values: &[f64]) -> Option<f64> {
+    let n = values.len();
+    let pairs = (1..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let mut apart: Vec<f64> = pairs.map(|(i, j)| (values[i] - values[j]).abs()).collect();
+    let h = n / 2 + 1;
+    let k = (h * (h - 1) / 2).checked_sub(1)?;
+    let more = if n.is_multiple_of(2) { 3.8 } else { 1.4 };
+    let factor = 2.2191 * n as f64 / (n as f64 + more);
+    (k < apart.len()).then(|| factor * *apart.select_nth_unstable_by(k, f64::total_cmp).1)
+}
+
 /// Huber's bound `k` on a value, in standard deviations, with the mean of `min(z², k²)` for normal
 /// `z`, which makes the scale consistent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,5 +103,17 @@ mod tests {
         assert!((loss(0.01) - 1e-4).abs() < 1e-9);
         assert!((loss(600.0) / loss(300.0) - 2.0).abs() < 0.02);
         assert_eq!(weight(0.0), 1.0);
+    }
+
+    #[test]
+    fn a_spread_is_that_of_normal_values_though_a_third_are_wild() {
+        let mut random = crate::statistics::draws::Draws::new(1);
+        let values: Vec<f64> = (0..600).map(|_| 2.0 * random.normal()).collect();
+        // Its standard error, 2/sqrt(2 * 0.82 * 600), four times.
+        assert!((spread(&values).expect("many") - 2.0).abs() < 0.26);
+        let wild = |(i, x): (usize, &f64)| if i < 200 { 500.0 + 100.0 * x } else { *x };
+        let values: Vec<f64> = values.iter().enumerate().map(wild).collect();
+        assert!(spread(&values).expect("many") < 6.0);
+        assert_eq!(spread(&[1.0]), None);
     }
 }

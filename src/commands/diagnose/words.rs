@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::candidates::Kind;
 use diagnosis::infer::finding::{Effect, Finding, Ranked, Verdict, Withdrawn};
-use diagnosis::infer::outside::{EXPECTED_READING, Shape};
+use diagnosis::infer::outside::{EXPECTED_READING, RELEASE, Shape};
 use diagnosis::record::recording::{Recording, Role};
 use diagnosis::statistics::lack_of_fit::ACCEPTED;
 
@@ -419,8 +419,12 @@ fn outside(shape: &Shape) -> Vec<String> {
     }
     if let Some(period_s) = shape.period_s {
         lines.push(format!(
-            "It pulsates with a period of {} s, on the clock of the air's release.",
-            figures(period_s)
+            "It pulsates with a period of {} s, on the clock of {}.",
+            figures(period_s),
+            match shape.depends_on.iter().any(|(name, _)| name == RELEASE) {
+                true => "the air's release",
+                false => "the readings",
+            }
         ));
         return lines;
     }

@@ -113,6 +113,22 @@ fn what_sets_in_part_way_or_pulsates_is_not_told_as_noise() {
 }
 
 #[test]
+fn what_is_switched_in_the_room_is_outside_the_library_and_its_period_told() {
+    let switched = |of: &Sample, _: &mut Draws| {
+        let is_on = (of.t_s / 41.0).fract() < 0.5;
+        let more_mps = if is_on { 0.25 } else { -0.25 };
+        of.simulated + if of.simulated > 0.3 { more_mps } else { 0.0 }
+    };
+    let found = diagnose(&read_as(7, switched)).expect("it can be compared");
+    assert_eq!(found.verdict, Verdict::OutsideLibrary);
+    let period_s = found.shape.and_then(|shape| shape.period_s);
+    assert!(
+        period_s.is_some_and(|s| (s - 41.0).abs() < 2.0),
+        "{period_s:?}"
+    );
+}
+
+#[test]
 fn errors_in_stretches_are_told_from_single_wild_readings() {
     let cauchy = |random: &mut Draws| 0.1 * (random.within(1.5)).tan();
     let wild = read_as(5, |of, random| of.simulated + cauchy(random));

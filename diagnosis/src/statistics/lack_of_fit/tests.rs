@@ -57,6 +57,7 @@ fn test(made: &Made, nuisances: &DMatrix<f64>) -> LackOfFit {
             samples: (0..count).collect(),
             clock_s: made.t_s.clone(),
             weight: vec![1.0; count],
+            is_slow: false,
         }],
     })
 }
