@@ -951,7 +951,7 @@ mod tests {
             drone((&name, "kolibri"), &[(0.0, [5.0, 5.0, 2.0])], "")
         });
         let crowd = super::tests::plan(&crowd.collect::<Vec<_>>());
-        assert!(refusal(&crowd).starts_with("1001 drones are within 4 m of floor"));
+        assert!(refusal(&crowd).starts_with("1001 drones are in one place"));
         let mut plan = good;
         plan.drones[0].trajectory.t_s = vec![1e6];
         assert!(refusal(&plan).contains("drone-seconds"));

@@ -17,7 +17,8 @@ use crate::solver::prepare::ending_from;
 /// Something that is not as the plan says, or shall not be any more.
 #[derive(Clone, Debug)]
 pub enum Change {
-    /// A drone is behind its plan: where the plan had it `by_s` ago.
+    /// A drone is behind its plan: where the plan had it `by_s` ago, and where it begins if it was
+    /// nowhere then. It goes on from there at once.
     Late {
         /// Its name.
         drone: String,

@@ -763,14 +763,14 @@ impl Turn<'_> {
         self.ask(index, cause, true, None);
     }
 
-    /// Sets a drone back by a time (s): at most to where its track begins, where it stands for what
-    /// is left of it; nothing to do for one at rest.
+    /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at
+    /// rest.
     fn fall_behind(&mut self, index: usize, by_s: f64) {
         let (at, roadmap) = (self.at, &self.running.job.roadmap);
         let track = &mut self.running.tracks[index];
         let first = track.legs.first().map_or(at, |leg| leg.start);
-        let by = Tick::lasting(by_s);
-        let was = at.before(by).max(first);
+        let by = Tick::lasting(by_s).min(at.0 - first.0);
+        let was = Tick(at.0 - by);
         let rests = track
             .legs
             .iter()

@@ -212,11 +212,9 @@ impl Track {
     }
 
     /// Behind by some ticks from a moment on: it stands for that long, and goes on so that from
-    /// then on it flies what it flew that long ago; where it flew nothing yet, it stands where it
-    /// begins.
+    /// then on it flies what it flew that long ago.
     pub(super) fn fall_behind(&mut self, roadmap: &Roadmap, at: Tick, by: u32) {
-        let first = self.legs.first().map_or(at, |leg| leg.start);
-        let was = at.before(by).max(first);
+        let was = Tick(at.0 - by);
         let dwells = self.dwells(roadmap);
         let done = dwells.iter().filter(|dwell| dwell.1 <= was).count();
         self.agent = self.agent_after(done);
@@ -227,6 +225,7 @@ impl Track {
         }
         self.since = at;
         // What is flown at a moment depends on the path this much earlier, too.
+        let first = self.legs.first().map_or(was, |leg| leg.start);
         let was = was.before(self.agent.lead_ticks()).max(first);
         let later = |leg: Leg| Leg {
             start: leg.start.after(by),
