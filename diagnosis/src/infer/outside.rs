@@ -166,7 +166,7 @@ fn of_the_room(setting: &Setting) -> Vec<Rhythm> {
 /// In this order: a curve of the reading alone (of probes, whose readings are the air's speed) that
 /// does better than the terms; trees that take more than the laws of the terms may be off; a
 /// pulsation, of rotors or of something in the room; stretches of time that differ; what named
-/// terms leave beyond their own errors and the noise's.
+/// terms leave of readings beyond their own errors and the noise's.
 #[must_use]
 pub fn outside(
     setting: &Setting,
@@ -208,7 +208,8 @@ pub fn outside(
         return regular
             .find(takes_more)
             .or_else(|| at_times(setting, fit).filter(takes_more))
-            .or_else(|| unexplained(setting, selection, left));
+            // Of forces the noise leaves out what no force in still air shows.
+            .or_else(|| unexplained(setting, selection, left).filter(|_| is_of_probes));
     }
     if let Some(shape) = regular.next() {
         return Some(shape);
