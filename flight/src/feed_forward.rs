@@ -133,15 +133,17 @@ impl Air {
         (floor_z_m, highest_z_m): (f64, f64),
     ) -> Result<Air, FlyError> {
         let [low, high] = CONVECTION_FACTORS;
-        for (what, value, is_in_range) in [
-            ("convection", convection, (low..=high).contains(&convection)),
-            ("step_s", step_s, STEPS_S.contains(&step_s)),
-            ("floor_z_m", floor_z_m, floor_z_m.is_finite()),
-            ("highest_z_m", highest_z_m, highest_z_m.is_finite()),
-        ] {
-            if !is_in_range {
-                return Err(FlyError::Options(format!("{what} is {value}")));
-            }
+        let ranges = [
+            ("convection", convection, low..=high),
+            ("step_s", step_s, STEPS_S),
+            ("floor_z_m", floor_z_m, f64::MIN..=f64::MAX),
+            ("highest_z_m", highest_z_m, f64::MIN..=f64::MAX),
+        ];
+        let wrong = ranges.iter().filter(|(_, value, of)| !of.contains(value));
+        let told = wrong.map(|(what, value, of)| format!("{what} is {value}: not within {of:?}"));
+        let told: Vec<String> = told.collect();
+        if !told.is_empty() {
+            return Err(FlyError::Options(told.join("; ")));
         }
         let (mut emitters, mut receivers) = (Vec::new(), Vec::new());
         for Part { wake, discs } in fleet {

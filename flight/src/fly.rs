@@ -100,18 +100,17 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What keeps anything from being flown with them.
-    fn problem(&self) -> Option<String> {
+    /// All that keeps anything from being flown with them.
+    fn problems(&self) -> Vec<String> {
         let [low, high] = CONVECTION_FACTORS;
         let is_factor = |it: &&f64| (low..=high).contains(*it);
-        if let Some(factor) = self.convection.iter().find(|it| !is_factor(it)) {
-            return Some(format!(
-                "a convection factor is {factor}: not within {low} to {high}"
-            ));
-        }
+        let factors = self.convection.iter().filter(|it| !is_factor(it));
+        let factors =
+            factors.map(|it| format!("a convection factor is {it}: not within {low} to {high}"));
         let gusts = self.gusts;
-        (!(0.0..=1.0).contains(&gusts))
-            .then(|| format!("the intensity of gusts is {gusts}: not within 0 to 1"))
+        let gusty = (!(0.0..=1.0).contains(&gusts))
+            .then(|| format!("the intensity of gusts is {gusts}: not within 0 to 1"));
+        factors.chain(gusty).collect()
     }
 }
 
@@ -129,8 +128,9 @@ pub fn fly(
     options: &Options,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<FlightReport, FlyError> {
-    if let Some(problem) = options.problem() {
-        return Err(FlyError::Options(problem));
+    let problems = options.problems();
+    if !problems.is_empty() {
+        return Err(FlyError::Options(problems.join("; ")));
     }
     let fleet = Fleet::new(plan, setup)?;
     let until_s = options.until_s.unwrap_or(f64::INFINITY).max(0.0);
