@@ -44,8 +44,8 @@ pub(crate) struct Arguments {
     /// Which airframes a show or a log is of, and where they fly (RON; see docs/shows.md)
     #[arg(long, value_name = "FLEET.ron", requires = "plan")]
     airframes: Option<PathBuf>,
-    /// Fly the paper's own case instead: a Kolibri passes below an Offboard 2; gusts, their seed and
-    /// vehicles may be given
+    /// Fly the paper's own case instead: a Kolibri passes below an Offboard 2; gusts, their seed
+    /// and vehicles may be given
     #[arg(long, conflicts_with_all = ["plan", "controller", "feed_forward", "convection", "lean", "until", "out"])]
     paper: bool,
     /// Controller
