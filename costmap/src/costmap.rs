@@ -3,6 +3,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::background::{FarWakes, Spread, spreads};
 use crate::reservations::ground::{Footprint, Ground};
@@ -56,6 +58,9 @@ impl Reservation {
         self.legs.first().map(|leg| leg.drone)
     }
 }
+
+/// An item that is close to a part, what it brings the part, and the other way round.
+type Met = (u32, Incoming, Incoming);
 
 impl Costmap {
     /// An empty costmap for a fleet of this many drones.
@@ -205,46 +210,54 @@ impl Costmap {
         let drone = first.drone;
         self.remove(drone);
         self.timeline.forget_all_met();
+        let mut all: Vec<(Leg, [Tick; 2], f64)> = Vec::new();
         for leg in &legs {
-            let end_z_m = self.wake_end_z_m(leg);
-            for part in parts(leg) {
-                self.insert_part(part, [leg.start, leg.end], end_z_m);
+            let (whole, end_z_m) = ([leg.start, leg.end], self.wake_end_z_m(leg));
+            all.extend(parts(leg).map(|part| (part, whole, end_z_m)));
+        }
+        let met: Vec<Vec<Met>> = match self.fleet.conditions().wakes {
+            true => all
+                .par_iter()
+                .map(|(part, _, end)| self.meets(part, *end))
+                .collect(),
+            false => vec![Vec::new(); all.len()],
+        };
+        for ((part, whole, end_z_m), met) in all.into_iter().zip(met) {
+            let index = self.timeline.add(part, whole, end_z_m);
+            for (other, on_me, on_them) in met {
+                if on_me.load > 0 {
+                    self.timeline.meets(index, on_me);
+                }
+                if on_them.load > 0 {
+                    self.timeline.meets(other, on_them);
+                }
             }
-            let wakes = Wakes {
-                fleet: &self.fleet,
-                surfaces: &self.surfaces,
-            };
+        }
+        let wakes = Wakes {
+            fleet: &self.fleet,
+            surfaces: &self.surfaces,
+        };
+        for leg in &legs {
             self.zones.add(leg, wakes);
         }
         self.far_wakes.add(&spreads);
         self.legs[drone.0 as usize] = legs;
     }
 
-    fn insert_part(&mut self, part: Leg, whole: [Tick; 2], wake_end_z_m: f64) {
+    /// What a part and those that are close to it bring one another, in a row what one drone
+    /// brings; see [`peak`].
+    fn meets(&self, part: &Leg, wake_end_z_m: f64) -> Vec<Met> {
         let mut met = Vec::new();
-        if !self.fleet.conditions().wakes {
-            self.timeline.add(part, whole, wake_end_z_m);
-            return;
-        }
-        self.close_to(&part, |other, item| {
+        self.close_to(part, |other, item| {
             let ends = [wake_end_z_m, item.wake_end_z_m];
-            if let Some(meeting) = self.fleet.meet(&part, &item.leg, ends) {
-                let on_me = self.incoming(&part, &item.leg, meeting.load_on_first);
-                let on_them = self.incoming(&item.leg, &part, meeting.load_on_second);
+            if let Some(meeting) = self.fleet.meet(part, &item.leg, ends) {
+                let on_me = self.incoming(part, &item.leg, meeting.load_on_first);
+                let on_them = self.incoming(&item.leg, part, meeting.load_on_second);
                 met.push((other, on_me, on_them));
             }
         });
-        // In a row what one drone brings; see `peak`.
         met.sort_by_key(|(_, on_me, _)| on_me.from);
-        let index = self.timeline.add(part, whole, wake_end_z_m);
-        for (other, on_me, on_them) in met {
-            if on_me.load > 0 {
-                self.timeline.meets(index, on_me);
-            }
-            if on_them.load > 0 {
-                self.timeline.meets(other, on_them);
-            }
-        }
+        met
     }
 
     /// Calls `f` with all legs that are not so far off that [`FarWakes`] accounts for them.
@@ -385,8 +398,8 @@ impl Costmap {
 
     /// Whether all drones farther off bear what these legs bring them.
     pub fn is_borne(&self, legs: &[Leg]) -> bool {
-        let mut parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
-        parts.all(|part| self.is_borne_far_off(&part))
+        let is_borne = |leg: &Leg| parts(leg).all(|part| self.is_borne_far_off(&part));
+        legs.par_iter().all(|leg| !leg.flying || is_borne(leg))
     }
 
     /// Whether all drones that [`Costmap::close_to`] leaves out bear a part's wake.
@@ -532,7 +545,7 @@ impl Costmap {
         part: &Leg,
         [weak, budget]: [u32; 2],
         must: bool,
-        met: &[(Incoming, [Tick; 2])],
+        met: &[(Incoming, Blocker)],
         verdict: &mut Verdict,
     ) -> bool {
         // A sum only grows where something begins.
@@ -548,14 +561,8 @@ impl Costmap {
                 continue;
             }
             let mut loads: Vec<(u32, Blocker)> = Vec::new();
-            for (it, [began, clear]) in together() {
-                let blocker = Blocker {
-                    drone: it.from,
-                    why: Why::OwnLimit,
-                    began: *began,
-                    clear: *clear,
-                };
-                greatest_of_each(&mut loads, it.load, blocker);
+            for (it, blocker) in together() {
+                greatest_of_each(&mut loads, it.load, *blocker);
             }
             let sum: u64 = loads.iter().map(|(load, _)| u64::from(*load)).sum();
             if sum + u64::from(weak) <= u64::from(budget) {
@@ -598,8 +605,7 @@ impl Costmap {
             None
         };
         if let Some(why) = why {
-            let [began, clear] = self.span(part, item, why);
-            verdict.block(item.leg.drone, why, began, clear);
+            verdict.blockers.push(self.blocker(part, item, why));
             return 0;
         }
         verdict.price_s += match self.fleet.is_advected() {
@@ -630,8 +636,8 @@ impl Costmap {
         self.fleet.conditions().shift
     }
 
-    /// What a part meets of a leg's wake, and while the whole leg may be in its way.
-    fn met(&self, part: &Leg, item: &Item, load: u32) -> (Incoming, [Tick; 2]) {
+    /// What a part meets of a leg's wake, and that leg in its way.
+    fn met(&self, part: &Leg, item: &Item, load: u32) -> (Incoming, Blocker) {
         let late = self.shift() + self.fleet.delay_between(&item.leg, part);
         let time = part.within(&item.leg, [self.shift(), late]);
         let incoming = Incoming {
@@ -640,8 +646,7 @@ impl Costmap {
             end: time.end,
             load,
         };
-        let span = [item.began.before(self.shift()), item.clear.after(late)];
-        (incoming, span)
+        (incoming, self.blocker(part, item, Why::OwnLimit))
     }
 
     /// Whether a part and a leg are under way together, or the air of one is with the other.
@@ -658,17 +663,20 @@ impl Costmap {
         true
     }
 
-    /// While a whole leg may be in the way of a part.
-    fn span(&self, part: &Leg, item: &Item, why: Why) -> [Tick; 2] {
+    /// A whole leg in the way of a part, while it may be.
+    fn blocker(&self, part: &Leg, item: &Item, why: Why) -> Blocker {
         let [before, after] = match why {
             Why::OwnLimit => [0, self.fleet.delay_between(&item.leg, part)],
             Why::TheirLimit => [self.fleet.delay_between(part, &item.leg), 0],
             Why::Bodies | Why::Column | Why::Zone => [0; 2],
         };
-        [
-            item.began.before(self.shift() + before),
-            item.clear.after(self.shift() + after),
-        ]
+        Blocker {
+            drone: item.leg.drone,
+            why,
+            began: item.began.before(self.shift() + before),
+            clear: item.clear.after(self.shift() + after),
+            flown: [item.began, item.clear],
+        }
     }
 
     /// What one leg meets of another's wake.

@@ -77,10 +77,12 @@ pub struct Blocker {
     pub drone: DroneId,
     /// How.
     pub why: Why,
-    /// When its leg began.
+    /// When its leg began, margins of time and air under way included.
     pub began: Tick,
-    /// When its leg ends: before, trying again is in vain or nearly so.
+    /// When its leg ends, likewise: before, trying again is in vain or nearly so.
     pub clear: Tick,
+    /// When its leg begins and ends as it is planned.
+    pub flown: [Tick; 2],
 }
 
 /// The answer to "may I fly this leg, and what does it cost".
@@ -92,8 +94,8 @@ pub struct Verdict {
     pub breaks_zone: Option<usize>,
     /// Extra energy of everyone affected, in seconds of its own hovering in still air.
     pub price_s: f64,
-    /// What the leg meets of others' wakes, while it is judged; when theirs began and end.
-    pub(crate) met: Vec<(Incoming, [Tick; 2])>,
+    /// What the leg meets of others' wakes, while it is judged, and theirs in its way.
+    pub(crate) met: Vec<(Incoming, Blocker)>,
 }
 
 impl Verdict {
@@ -108,15 +110,6 @@ impl Verdict {
         self.breaks_zone = None;
         self.price_s = 0.0;
     }
-
-    pub(crate) fn block(&mut self, drone: DroneId, why: Why, began: Tick, clear: Tick) {
-        self.blockers.push(Blocker {
-            drone,
-            why,
-            began,
-            clear,
-        });
-    }
 }
 
 /// The greatest load of each drone: its legs follow one another.
@@ -128,6 +121,10 @@ pub(crate) fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, block
         Some((known, last)) => {
             *known = load.max(*known);
             last.clear = last.clear.max(blocker.clear);
+            last.flown = [
+                last.flown[0].min(blocker.flown[0]),
+                last.flown[1].max(blocker.flown[1]),
+            ];
         }
         None => loads.push((load, blocker)),
     }

@@ -1,7 +1,7 @@
 //! What a request does to the plan that is being flown.
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::atomic::{self, AtomicBool};
 
@@ -45,6 +45,10 @@ struct Flown {
     tidied_s: f64,
     /// Where drones said last that they are: when (s), and where (m).
     seen: BTreeMap<String, (f64, Point3<f64>)>,
+    /// Those that have left and are dropped from the plan, the latest last.
+    gone: VecDeque<String>,
+    /// No time was told since a journal was replayed, which keeps those of changes alone.
+    is_replayed: bool,
 }
 
 /// What became of a line.
@@ -183,10 +187,9 @@ impl Service {
                     return Err(ReplayError(what));
                 }
                 let limit = Limit::new(None, &|| 0.0);
-                flown
-                    .replan(at_s, changes, &limit)
-                    .map(|(patch, _)| Some(patch))
-                    .map_err(told)
+                let (patch, _) = flown.replan(at_s, changes, &limit).map_err(told)?;
+                flown.is_replayed = true;
+                Ok(Some(patch))
             }
             Record::Closed => self.close().map(|_| None).map_err(told),
         }
@@ -293,6 +296,8 @@ impl Service {
             clock_s: 0.0,
             tidied_s: 0.0,
             seen: BTreeMap::new(),
+            gone: VecDeque::new(),
+            is_replayed: false,
         };
         let told = flown.whole();
         let plan = serde_json::to_value(flown.running.plan())
@@ -368,7 +373,7 @@ impl Service {
                 (Some(patch), Some(record))
             }
         };
-        flown.clock_s = state.at_s;
+        flown.tell(state.at_s);
         for (name, place) in state.drones {
             let seen = (state.at_s, Point3::from(place.position_m));
             flown.seen.insert(name, seen);
@@ -427,12 +432,18 @@ impl Flown {
         refused(code, "params.revision", message)
     }
 
+    /// It is so late by now (s).
+    fn tell(&mut self, at_s: f64) {
+        self.clock_s = at_s;
+        self.is_replayed = false;
+    }
+
     fn on_time(&self, at_s: f64) -> Result<(), Refusals> {
         if at_s < self.clock_s {
             let message = format!("at {at_s:.2} s, and {:.2} s was told before", self.clock_s);
             return refused(Code::ClockBack, "params.at_s", message);
         }
-        if at_s - self.clock_s > LONGEST_LEAP_S {
+        if !self.is_replayed && at_s - self.clock_s > LONGEST_LEAP_S {
             let message = format!(
                 "at {at_s:.2} s is more than a day after {:.2} s, which was told last",
                 self.clock_s
@@ -463,22 +474,25 @@ impl Flown {
     fn judge(&self, state: &State, limit: &Limit<'_>) -> Result<Sighting, Refusals> {
         let plan = self.running.plan();
         let (mut late, mut off_path, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
-        let known: BTreeMap<&str, &plan::DronePlan> =
-            plan.drones.iter().map(|it| (&it.name[..], it)).collect();
+        let drones = plan.drones.iter().enumerate();
+        let known: BTreeMap<&str, (usize, &plan::DronePlan)> = drones
+            .map(|(index, it)| (&it.name[..], (index, it)))
+            .collect();
         for (name, place) in &state.drones {
             limit.check()?;
             let at = format!("params.drones.{name}");
-            let Some(entry) = known.get(&name[..]) else {
+            let Some(&(index, entry)) = known.get(&name[..]) else {
+                if self.gone.contains(name) {
+                    continue;
+                }
                 let message = format!("no drone is called `{name}`");
                 wrong.push(refusal(Code::UnknownDrone, at, message));
                 continue;
             };
-            let enters_s = entry.enters_s.unwrap_or(0.0);
-            let last_s = entry.trajectory.t_s.last().copied().unwrap_or(0.0);
-            let has_left = entry.at_end == plan::AtEnd::Leave && state.at_s > last_s;
-            if state.at_s < enters_s || has_left {
+            if !self.running.is_there(index, state.at_s) {
                 continue;
             }
+            let enters_s = entry.enters_s.unwrap_or(0.0);
             let position_m = Point3::from(place.position_m);
             let before = self.seen.get(name).copied();
             let before =
@@ -518,7 +532,7 @@ impl Flown {
         at_s: f64,
         limit: &Limit<'_>,
     ) -> Result<(Landing, Option<Record>), Refusals> {
-        let mut landings = Landings::of(self.running.plan(), self.running.world(), at_s);
+        let mut landings = Landings::of(&self.running, at_s);
         let before = self.clone();
         let mut best: Option<(Flown, Landing, Record)> = None;
         let mut tries = 0;
@@ -543,9 +557,14 @@ impl Flown {
                             _ => return Err(vec![of_change(error, &changes)]),
                         }
                     }
-                    limit.check()?;
+                    match limit.check() {
+                        Err(_) if best.is_some() => break,
+                        checked => checked?,
+                    }
                     continue;
                 }
+                // What was found before still holds.
+                Err(Failed::Refused(_)) if best.is_some() => break,
                 Err(Failed::Refused(refusals)) => return Err(refusals),
             };
             tries += 1;
@@ -631,7 +650,7 @@ impl Flown {
         }
         let patch = done?;
         self.revision = patch.revision;
-        self.clock_s = at_s;
+        self.tell(at_s);
         self.forget(at_s);
         let record = Record::Changed {
             revision: patch.revision,
@@ -649,12 +668,17 @@ impl Flown {
             return;
         }
         self.tidied_s = at_s;
-        self.running.forget(at_s - HISTORY_S);
-        let known: BTreeSet<&str> = {
-            let drones = self.running.plan().drones.iter();
-            drones.map(|it| &it.name[..]).collect()
+        let names = |it: &Running| -> BTreeSet<String> {
+            it.plan().drones.iter().map(|it| it.name.clone()).collect()
         };
-        self.seen.retain(|name, _| known.contains(&name[..]));
+        let before = names(&self.running);
+        self.running.forget(at_s - HISTORY_S);
+        let known = names(&self.running);
+        self.seen.retain(|name, _| known.contains(name));
+        self.gone.extend(before.difference(&known).cloned());
+        self.gone.retain(|name| !known.contains(name));
+        let most = self.gone.len().saturating_sub(MOST_DRONES);
+        self.gone.drain(..most);
     }
 
     fn tried(
@@ -775,11 +799,8 @@ pub(crate) fn asked(
 /// Whether a drone of the plan is off the ground at a time (s).
 fn flies(running: &Running, drone: &str, at_s: f64) -> bool {
     let mut drones = running.plan().drones.iter();
-    let entry = drones.find(|it| it.name == drone);
-    entry.is_some_and(|it| {
-        let (from_s, until_s) = it.airborne_s;
-        from_s <= at_s && until_s.is_none_or(|until_s| at_s < until_s)
-    })
+    let index = drones.position(|it| it.name == drone);
+    index.is_some_and(|it| running.is_there(it, at_s) && running.on_ground(it, at_s).is_none())
 }
 
 fn added(running: &Running, it: &Add) -> Option<world::Drone> {

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Point3;
-use planner::Plan;
 use planner::plan::{AtEnd, DronePlan};
 use planner::scenario::world::World;
+use planner::{Plan, Running};
 
 use crate::message::{Land, OneChange};
 
@@ -43,7 +43,8 @@ struct Landing {
 
 impl Landings {
     /// Of a plan at a time (s). Who lands already, has left or is yet to come is not in it.
-    pub(crate) fn of(plan: &Plan, world: &World, at_s: f64) -> Landings {
+    pub(crate) fn of(running: &Running, at_s: f64) -> Landings {
+        let (plan, world) = (running.plan(), running.world());
         let planning = &world.planning;
         let mut landings = Landings {
             all: Vec::new(),
@@ -52,29 +53,22 @@ impl Landings {
             taken: Vec::new(),
             gap_m: planning.clearance_m + 2.0 * planning.margins.tracking_m,
         };
-        for entry in &plan.drones {
+        for (index, entry) in plan.drones.iter().enumerate() {
             let radius_m = entry.airframe.body_radius_m;
-            let (lifts_s, _) = entry.airborne_s;
-            let trajectory = &entry.trajectory;
-            let (Some(first_m), Some(last_m), Some(last_s)) = (
-                trajectory.position_m.first(),
-                trajectory.position_m.last(),
-                trajectory.t_s.last(),
-            ) else {
-                continue;
-            };
-            let has_left = entry.at_end == AtEnd::Leave && at_s >= *last_s;
-            let never_flies = entry.airborne_s.1 == Some(lifts_s);
-            if has_left || at_s < entry.enters_s.unwrap_or(0.0) {
+            if !running.is_there(index, at_s) {
                 continue;
             }
-            let flies = entry.airborne_s.1.is_none_or(|until_s| at_s < until_s);
-            if never_flies || lands(entry, world, at_s) {
-                landings.landing += usize::from(flies && !never_flies);
+            let Some(last_m) = entry.trajectory.position_m.last() else {
+                continue;
+            };
+            if let Some((at_m, takes_off)) = running.on_ground(index, at_s) {
+                landings.taken.push((at_m, radius_m));
+                if takes_off {
+                    landings.grounded.push(entry.name.clone());
+                }
+            } else if lands(entry, world, at_s) {
+                landings.landing += 1;
                 landings.taken.push((*last_m, radius_m));
-            } else if at_s < lifts_s {
-                landings.taken.push((*first_m, radius_m));
-                landings.grounded.push(entry.name.clone());
             } else {
                 landings.all.push(Landing {
                     drone: entry.name.clone(),
@@ -166,8 +160,8 @@ fn lands(entry: &DronePlan, world: &World, at_s: f64) -> bool {
         let is_near = over_m.xy().amax() <= reach_m && over_m.z <= world.planning.cell_m;
         Some(is_near && last.dwell_s == 0.0 && last.during_s.is_none())
     };
-    let is_down = at_s >= entry.arrives_s;
-    entry.at_end == AtEnd::Land && (is_down || is_last().unwrap_or(false))
+    let is_done = at_s >= entry.arrives_s;
+    entry.at_end == AtEnd::Land && (is_done || is_last().unwrap_or(false))
 }
 
 /// Where a drone could land (m), the nearest to where it soon is first, at its height there.

@@ -26,12 +26,14 @@ pub struct ZoneBox {
     pub air_limit_mps: f64,
 }
 
-/// What one drone's wake brings into a zone, and when the zone is clear of it.
+/// What one drone's wake brings into a zone, when the zone is clear of it, and when the leg begins
+/// and ends that it is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ZoneLoad {
     pub(crate) drone: DroneId,
     pub(crate) load: u32,
     pub(crate) clear: Tick,
+    pub(crate) flown: [Tick; 2],
 }
 
 /// What flies, and the faces that stop its wake: what a load on a zone depends on beside the leg.
@@ -89,6 +91,7 @@ impl Zones {
                         drone: part.drone,
                         load,
                         clear,
+                        flown: [leg.start, leg.end],
                     });
                 }
             }
@@ -119,12 +122,13 @@ impl Zones {
             let until = leg.end.after(wakes.delay(leg) + shift);
             for zones in self.loads.during(buckets(leg.start.before(shift), until)) {
                 let mut loads: Vec<(u32, Blocker)> = Vec::new();
-                for load in &zones[index] {
+                for load in zones[index].iter().filter(|it| it.drone != leg.drone) {
                     let blocker = Blocker {
                         drone: load.drone,
                         why: Why::Zone,
                         began: leg.start,
                         clear: load.clear,
+                        flown: load.flown,
                     };
                     greatest_of_each(&mut loads, load.load, blocker);
                 }

@@ -46,10 +46,6 @@ pub(crate) struct Agent {
     pub(crate) alone_m: f64,
 }
 
-/// Paths along a lattice of 26 neighbours are up to 1.13 times as long as straight ones,
-/// `√(1 + (√2-1)² + (√3-√2)²)`; rounded up.
-const LATTICE_DETOUR: f64 = 1.15;
-
 /// A task on the roadmap.
 #[derive(Clone, Debug)]
 pub(crate) struct Waypoint {
@@ -305,19 +301,27 @@ impl Agent {
         self.waypoints.iter().any(Waypoint::is_timed)
     }
 
-    /// The first waypoint that it reaches too late with no other drone there, however straight it
-    /// flies: its index, and when it is there, and at rest, along the lattice.
+    /// The first waypoint that it would reach too late if nothing at all was in the way: its index,
+    /// and when it is there, and at rest, along the lattice.
     pub(crate) fn comes_late(&self, roadmap: &Roadmap) -> Option<(usize, Tick)> {
-        self.is_late(roadmap, LATTICE_DETOUR)
+        let speeds = &self.mover.speeds;
+        self.is_late(roadmap, |from, to, _| {
+            let way_m = roadmap.position_m(to) - roadmap.position_m(from);
+            speeds.ticks(way_m.norm(), way_m.z).saturating_sub(1)
+        })
     }
 
-    /// The same along the lattice alone.
+    /// The same of one that flies along the lattice with no other drone there.
     pub(crate) fn comes_late_along_lattice(&self, roadmap: &Roadmap) -> Option<(usize, Tick)> {
-        self.is_late(roadmap, 1.0)
+        self.is_late(roadmap, |_, _, ticks| ticks)
     }
 
-    /// Paths may be shorter than the lattice's by a factor.
-    fn is_late(&self, roadmap: &Roadmap, detour: f64) -> Option<(usize, Tick)> {
+    /// From one place to another it takes so many ticks at least, of so many along the lattice.
+    fn is_late(
+        &self,
+        roadmap: &Roadmap,
+        least: impl Fn(Vertex, Vertex, u32) -> u32,
+    ) -> Option<(usize, Tick)> {
         let (mut from, mut departs) = (self.start, self.departs);
         let moves = |first: &Waypoint| first.distances.goal() != self.start;
         if self.begun.is_empty() && self.waypoints.first().is_some_and(moves) {
@@ -330,13 +334,13 @@ impl Agent {
             if ticks == UNREACHABLE {
                 return None;
             }
-            let straight = (f64::from(ticks) / detour) as u32;
-            let there = [at[0].after(straight), at[1].after(ticks)];
+            let goal = waypoint.distances.goal();
+            let there = [at[0].after(least(from, goal, ticks)), at[1].after(ticks)];
             if there[0] > waypoint.due {
                 return Some((index, there[1].after(self.lead_ticks())));
             }
             at = there.map(|at| at.after(waypoint.dwell_ticks).max(waypoint.until));
-            from = waypoint.distances.goal();
+            from = goal;
         }
         None
     }

@@ -49,7 +49,8 @@ pub enum Change {
     Retasked {
         /// Its name.
         drone: String,
-        /// From now on. What it does after the last stays as the scenario says.
+        /// From now on. What it does after the last stays as the scenario says; one that was told to
+        /// land lands.
         tasks: Vec<Task>,
     },
     /// A drone drops what it still had to do, and lands.
@@ -111,7 +112,7 @@ pub enum ChangeError {
     /// More than one change.
     #[error("`{0}` changes twice; say all of it in one change")]
     Twice(String),
-    /// It has left or was taken out.
+    /// It has left or was taken out, or leaves before it could do anything else.
     #[error("`{0}` is not there any more")]
     Gone(String),
     /// Not a delay that can be.
@@ -163,13 +164,15 @@ pub(super) fn landing(over_m: Option<Point3<f64>>) -> Vec<Task> {
 }
 
 /// All that is wrong with these changes at a moment (s), on a roadmap for bodies of a radius (m);
-/// `is_there` says which drones can still be changed, `is_fixed` which are not planned here.
+/// `is_there` says which drones can still be changed, `goes_on` which can still be sent elsewhere,
+/// `is_fixed` which are not planned here.
 pub(super) fn problems(
     world: &World,
     solids: &Solids,
     (at_s, widest_m): (f64, f64),
     changes: &[Change],
     is_there: impl Fn(usize) -> bool,
+    goes_on: impl Fn(usize) -> bool,
     is_fixed: impl Fn(usize) -> bool,
 ) -> Vec<ChangeError> {
     let mut found = Vec::new();
@@ -233,6 +236,9 @@ pub(super) fn problems(
                         it.x, it.y, it.z
                     ),
                 }));
+            }
+            (Change::Retasked { .. } | Change::Landed { .. }, Some(index)) if !goes_on(index) => {
+                found.push(ChangeError::Gone(name.to_owned()));
             }
             (Change::Late { by_s, .. }, _) if !DELAY_S.contain(*by_s) => {
                 found.push(ChangeError::Delay {

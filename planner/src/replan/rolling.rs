@@ -176,6 +176,7 @@ impl Running {
                 since: Tick(0),
                 planned,
                 is_fixed: false,
+                is_gone: false,
                 lingers: 0,
             });
         }
@@ -229,13 +230,16 @@ impl Running {
         // Within a margin of both clocks what is judged is where a drone was before, too.
         let margin_s = 2.0 * self.plan.margins.time_s;
         let early = |violation: &&Violation| {
-            let released = |name: &str| could_change.iter().find(|(known, _)| known == name);
+            let released = |name: &str| could_change.iter().find(|it| it.drone == name);
             let names = [Some(violation.drone.as_str()), violation.with.as_deref()];
-            let mut released = names.into_iter().flatten().filter_map(released);
+            let involved: Vec<_> = names.into_iter().flatten().filter_map(released).collect();
             let is_with_margin = violation.kind != violation.kind.without_margin();
             let early_s = if is_with_margin { margin_s } else { 0.0 };
-            let begins_s = violation.from_s - early_s;
-            violation.from_s >= 0.0 && released.any(|(_, tick)| begins_s < tick.seconds())
+            let is_early = |it: &Released| violation.from_s - early_s < it.at.seconds();
+            violation.from_s >= 0.0
+                && involved.iter().any(|it| is_early(it))
+                // Who was sent into it could have been left where it was.
+                && !involved.iter().any(|it| it.is_sent && !is_early(it))
         };
         let unavoidable = self.plan.violations.iter().filter(early).cloned().collect();
         Ok(Replanned {
@@ -259,15 +263,36 @@ impl Running {
     }
 
     fn problems(&self, at: Tick, changes: &[Change]) -> Vec<ChangeError> {
-        let there = |index: usize| self.tracks[index].state(&self.job.roadmap, at) != State::Absent;
+        let roadmap = &self.job.roadmap;
         change::problems(
             &self.world,
             &self.solids,
             (at.seconds(), self.job.roadmap.widest_m()),
             changes,
-            there,
+            |index| self.tracks[index].is_there(roadmap, at),
+            |index| {
+                let state = self.tracks[index].state_without_tasks(roadmap, at);
+                matches!(state, State::Flies { .. })
+            },
             |index| self.tracks[index].is_fixed,
         )
+    }
+
+    /// Whether a drone, by its index in the plan, has come by a time (s), and has neither left nor
+    /// been taken out.
+    pub fn is_there(&self, drone: usize, at_s: f64) -> bool {
+        let at = Tick(Tick::lasting(at_s));
+        self.tracks[drone].is_there(&self.job.roadmap, at)
+    }
+
+    /// Where a drone, by its index in the plan, stands on the ground at a time (s), if it does (m),
+    /// and whether it takes off again.
+    pub fn on_ground(&self, drone: usize, at_s: f64) -> Option<(Point3<f64>, bool)> {
+        let at = Tick(Tick::lasting(at_s));
+        let track = &self.tracks[drone];
+        let now = (track.legs.iter()).position(|leg| leg.start <= at && at < leg.end)?;
+        let takes_off = track.legs[now..].iter().any(|leg| leg.flying);
+        (!track.legs[now].flying).then(|| (track.legs[now].from_m, takes_off))
     }
 
     /// Takes note of what drones of other planners fly from a moment on, each by its whole
@@ -553,8 +578,15 @@ fn path_of<'a>(
     }))
 }
 
-/// Names, and when each could be made to do something else.
-type Released = Vec<(String, Tick)>;
+/// When a drone could be made to do something else.
+struct Released {
+    /// Its name.
+    drone: String,
+    /// From then on.
+    at: Tick,
+    /// It has a path now to what it was told to do.
+    is_sent: bool,
+}
 
 /// What is remembered of a drone until it is known whether its change can be.
 struct Asked {
@@ -573,7 +605,7 @@ fn take(
     at: Tick,
     changes: &[Change],
     control: &Control<'_>,
-) -> (Replanned, Released) {
+) -> (Replanned, Vec<Released>) {
     let comes = |change: &Change| matches!(change, Change::Added(_));
     let mut changes = changes.to_vec();
     let mut turned_away = Vec::new();
@@ -659,6 +691,7 @@ impl Turn<'_> {
                 // On the ground there is no way down.
                 let at_end = over_m.map_or(AtEnd::Hover, |_| AtEnd::Land);
                 self.retask(index, &change::landing(*over_m), at_end);
+                self.running.world.drones[index].at_end = AtEnd::Land;
             }
             (Change::Removed { .. }, Some(index)) => self.remove(index, Cause::Removed),
             (Change::Failed { lies_m, .. }, Some(index)) => {
@@ -675,6 +708,7 @@ impl Turn<'_> {
         let track = &mut self.running.tracks[index];
         // It stops before it is gone; one that falls needs about as long to come down.
         track.stop(self.at);
+        track.is_gone = true;
         track.agent.waypoints.clear();
         track.agent.kinds.truncate(1);
         self.running.world.drones[index].tasks.clear();
@@ -748,6 +782,7 @@ impl Turn<'_> {
             since: self.at,
             planned: true,
             is_fixed: true,
+            is_gone: false,
             lingers: running.costmap.lingers(),
         };
         if index < running.tracks.len() {
@@ -809,6 +844,7 @@ impl Turn<'_> {
             since: self.at,
             planned: true,
             is_fixed: false,
+            is_gone: false,
             lingers: self.running.costmap.lingers(),
         };
         let mut entry = blank(&self.running.world, drone);
@@ -920,7 +956,7 @@ impl Turn<'_> {
         mut self,
         changes: &[Change],
         control: &Control<'_>,
-    ) -> Result<(Replanned, Released), Vec<Unplanned>> {
+    ) -> Result<(Replanned, Vec<Released>), Vec<Unplanned>> {
         let fits = self.running.fit();
         changes.iter().for_each(|change| self.apply(change));
         let running = &mut *self.running;
@@ -963,7 +999,7 @@ impl Turn<'_> {
                 running.job.agents[index].forgiven = firm.into_iter().collect();
             }
         }
-        let released = (under_way.iter().zip(&running.world.drones))
+        let mut released: Vec<Released> = (under_way.iter().zip(&running.world.drones))
             .zip(&running.job.agents)
             .map(|((tick, drone), agent)| {
                 let is_forgiven = !agent.forgiven.is_empty();
@@ -974,7 +1010,12 @@ impl Turn<'_> {
                     true => Tick::FOREVER,
                     false => tick.after(out),
                 };
-                (drone.name.clone(), tick)
+                let asked = self.asked.get(&index).map(|it| it.cause);
+                Released {
+                    drone: drone.name.clone(),
+                    at: tick,
+                    is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
+                }
             })
             .collect();
         let mut affected = Affected {
@@ -1025,6 +1066,9 @@ impl Turn<'_> {
             effort,
             ..self.write(&stopped, paths)
         };
+        for it in &mut released {
+            it.is_sent &= told.refused.iter().all(|out| out.name != it.drone);
+        }
         Ok((told, released))
     }
 
@@ -1068,7 +1112,7 @@ impl Turn<'_> {
             let mut ahead = legs.filter(|leg| leg.end > under_way[*index]);
             ahead.any(|leg| {
                 paths.costmap.judge(leg, &mut verdict);
-                let met = |it: &Blocker| it.clear > under_way[it.drone.0 as usize];
+                let met = |it: &Blocker| it.flown[1] > under_way[it.drone.0 as usize];
                 verdict.blockers.iter().any(met)
             })
         };

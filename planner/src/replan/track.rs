@@ -28,6 +28,8 @@ pub(super) struct Track {
     pub(super) planned: bool,
     /// It is not planned here: nothing makes it do anything else.
     pub(super) is_fixed: bool,
+    /// It was taken out, or has failed: what is left of its legs is how it stops.
+    pub(super) is_gone: bool,
     /// How long the air of a leg may matter after its end (ticks).
     pub(super) lingers: u32,
 }
@@ -56,6 +58,11 @@ pub(super) enum State {
 }
 
 impl Track {
+    /// Whether it has come by a moment, and has neither left nor been taken out.
+    pub(super) fn is_there(&self, roadmap: &Roadmap, at: Tick) -> bool {
+        !self.is_gone && self.state(roadmap, at) != State::Absent
+    }
+
     /// Where it is at a moment, and from when on it can do something else. A leg, and a dwell that
     /// has begun, is flown to its end.
     pub(super) fn state(&self, roadmap: &Roadmap, at: Tick) -> State {

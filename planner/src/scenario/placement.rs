@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::scenario::solid::{Solids, TOUCHING_M};
-use crate::scenario::world::{AtEnd, AtStart, Bounds, World};
+use crate::scenario::world::{AtEnd, AtStart, Bounds, Drone, World};
 
 /// How far a body that rests on something may sink into it (m). Chosen here: coordinates are typed
 /// in centimetres, and half of one is how they get rounded. Plan checks allow the same.
@@ -92,9 +92,10 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
         let mut sound = true;
         for (spot, place_m, needs_m) in start.chain(tasks) {
             if let Some(why) = misfit(world, solids, place_m, needs_m) {
-                // A landed drone is pushed out whole, not only to its tolerance.
-                let room_m = needs_m.max(body_m);
-                let nearest_m = nearest_free_m(world.bounds_m, solids, place_m, room_m);
+                let nearest_m = match (spot, it.at_start) {
+                    (Spot::Start, AtStart::Landed) => nearest_pad_m(world, solids, it),
+                    _ => nearest_free_m(world.bounds_m, solids, place_m, needs_m),
+                };
                 report(spot, place_m, why, nearest_m);
                 sound = false;
             }
@@ -104,7 +105,8 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
             && flies
             && let Some(why) = beside_misfit(world, solids, [it.start_m; 2], body_m)
         {
-            report(Spot::Start, it.start_m, why, None);
+            let nearest_m = nearest_pad_m(world, solids, it);
+            report(Spot::Start, it.start_m, why, nearest_m);
             sound = false;
         }
         let rest_m = landing_place_m(&world.bounds_m, solids, it.start_m, body_m);
@@ -312,20 +314,42 @@ fn nearest_landing_m(
     last_m: Point3<f64>,
     body_radius_m: f64,
 ) -> Option<Point3<f64>> {
-    // Chosen here: up to 5 m away, in 16 directions.
+    let needs_m = body_radius_m + world.planning.gap_to_solids_m();
+    beside_m(last_m).find(|place_m| {
+        misfit(world, solids, *place_m, needs_m).is_none()
+            && landing_misfit(world, solids, *place_m, body_radius_m).is_none()
+    })
+}
+
+/// A place near a landed drone's start (m) where it can stand, and leave if it is to; on the same
+/// rings.
+fn nearest_pad_m(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>> {
+    let (body_m, start_m) = (drone.vehicle.body_radius_m, drone.start_m);
+    let stands = |above_m: Point3<f64>| {
+        let mut rest_m = landing_place_m(&world.bounds_m, solids, above_m, body_m);
+        // Whole centimetres, and not into what is below.
+        rest_m.z = (rest_m.z * 100.0 - TOUCHING_M).ceil() / 100.0;
+        let is_free = misfit(world, solids, rest_m, body_m - REST_TOLERANCE_M).is_none();
+        let may_leave =
+            drone.tasks.is_empty() || beside_misfit(world, solids, [rest_m; 2], body_m).is_none();
+        (is_free && may_leave).then_some(rest_m)
+    };
+    let above_m = Point3::new(start_m.x, start_m.y, start_m.z + body_m);
+    beside_m(above_m).find_map(stands)
+}
+
+/// Places beside one at its height (m), whole centimetres, on rings of 0.1 m. Chosen here: up to
+/// 5 m away, in 16 directions.
+fn beside_m(place_m: Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
     const RINGS: u32 = 50;
     const PLACES: u32 = 16;
-    let needs_m = body_radius_m + world.planning.gap_to_solids_m();
-    let ring = |ring: u32| {
+    let ring = move |ring: u32| {
         (0..PLACES).map(move |place| {
             let angle_rad = std::f64::consts::TAU * f64::from(place) / f64::from(PLACES);
             let radius_m = 0.1 * f64::from(ring);
             let step = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0) * radius_m;
-            Point3::from(((last_m + step).coords * 100.0).map(f64::round) / 100.0)
+            Point3::from(((place_m + step).coords * 100.0).map(f64::round) / 100.0)
         })
     };
-    (1..=RINGS).flat_map(ring).find(|place_m| {
-        misfit(world, solids, *place_m, needs_m).is_none()
-            && landing_misfit(world, solids, *place_m, body_radius_m).is_none()
-    })
+    (1..=RINGS).flat_map(ring)
 }

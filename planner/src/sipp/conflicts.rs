@@ -39,6 +39,8 @@ use table::Hovering;
 struct Taken {
     began: Tick,
     clear: Tick,
+    /// See [`Blocker::flown`](costmap::verdict::Blocker::flown).
+    flown: [Tick; 2],
     drone: DroneId,
     /// Thousandths of a second a second; [`FORBIDDEN`].
     price: u16,
@@ -176,6 +178,7 @@ impl<'a> ReservationTable<'a> {
                     && taken.began <= known.clear
                 {
                     known.clear = known.clear.max(taken.clear);
+                    known.flown[1] = known.flown[1].max(taken.flown[1]);
                     return;
                 }
                 let index = all.partition_point(|known| known.began <= taken.began);
@@ -236,10 +239,12 @@ impl<'a> ReservationTable<'a> {
             if !self.reaches([me, other], here, STILL, at, record) {
                 continue;
             }
+            let flown = [record.start, record.end];
             let taken = if span.is_empty() {
                 Taken {
                     began: record.start,
                     clear: record.end,
+                    flown,
                     drone: record.drone,
                     price: span.price,
                 }
@@ -248,6 +253,7 @@ impl<'a> ReservationTable<'a> {
                 Taken {
                     began: began.before(steps.shift + u32::from(record.early)),
                     clear: clear.after(steps.shift + u32::from(record.late)),
+                    flown,
                     drone: record.drone,
                     price: FORBIDDEN,
                 }

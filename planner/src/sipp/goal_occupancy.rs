@@ -205,6 +205,7 @@ mod tests {
             why: Why::Bodies,
             began: Tick(began),
             clear: Tick(clear),
+            flown: [Tick(began), Tick(clear)],
         }
     }
 

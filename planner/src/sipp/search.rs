@@ -97,12 +97,11 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             }
             break;
         };
-        let (against, is_new) =
-            objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
-        if against.is_allowed() || (left == 0 || !is_new) && gives_way(&setting, path, &against) {
+        let against = objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
+        if against.all.is_allowed() || (left == 0 || !against.are_new) && against.give_way(path) {
             return searched;
         }
-        if !is_new {
+        if !against.are_new {
             break;
         }
     }
@@ -122,30 +121,37 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         && agent.smoothing.is_some()
     {
         // Changes of velocity that follow one another closely were judged one by one.
-        let (against, _) = objections(
-            &whole,
-            agent,
-            path,
-            &mut Vec::new(),
-            &mut Refuted::default(),
-        );
-        if !gives_way(&whole, path, &against) {
+        let refuted = &mut Refuted::default();
+        let against = objections(&whole, agent, path, &mut Vec::new(), refuted);
+        if !against.give_way(path) {
             searched.found = Found::Blocked(None);
         }
     }
     searched
 }
 
-/// Whether all who are against a path can be made to give way to it; then they have to.
-fn gives_way(setting: &Setting<'_>, path: &mut Path, against: &Verdict) -> bool {
-    let mut blockers = against.blockers.iter();
-    if against.breaks_zone.is_some() || blockers.any(|it| setting.weight(it) == IMMOVABLE) {
-        return false;
+/// What the costmap has against a path that was not thought of.
+#[derive(Default)]
+struct Objections {
+    /// All of it.
+    all: Verdict,
+    /// Any of it is new: it is refuted then.
+    are_new: bool,
+    /// A drone cannot be made to give way.
+    any_firm: bool,
+}
+
+impl Objections {
+    /// Whether all who are against the path can be made to give way to it; then they have to.
+    fn give_way(&self, path: &mut Path) -> bool {
+        if self.all.breaks_zone.is_some() || self.any_firm {
+            return false;
+        }
+        path.met.extend(self.all.blockers.iter().map(|it| it.drone));
+        path.met.sort_unstable();
+        path.met.dedup();
+        true
     }
-    path.met.extend(against.blockers.iter().map(|it| it.drone));
-    path.met.sort_unstable();
-    path.met.dedup();
-    true
 }
 
 /// Whether a plain look is in vain, or takes as long as one past those who stay.
@@ -158,25 +164,25 @@ fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
     share > PLAIN_SHARE || !agent.is_straight(setting.roadmap)
 }
 
-/// What the costmap has against a path that was not thought of, and whether any of it is new: it is
-/// refuted then. Legs that are `free` need not be judged, and those that are join them.
+/// What the costmap has against a path. Legs that are `free` need not be judged, and those that are
+/// join them.
 fn objections(
     setting: &Setting<'_>,
     agent: &Agent,
     path: &Path,
     free: &mut Vec<Leg>,
     refuted: &mut Refuted,
-) -> (Verdict, bool) {
+) -> Objections {
     let lattice = setting.roadmap.lattice();
-    let mut all = Verdict::default();
-    let mut is_new = false;
+    let mut found = Objections::default();
     // What has begun is flown in any case, but for how it goes on.
     let begun = (!agent.begun.is_empty()).then(|| agent.departs.before(agent.lead_ticks()));
     let flown = agent.flown(&path.legs);
     let ahead = flown
         .iter()
         .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
-    let is_met = |it: &Blocker| path.met.contains(&it.drone) && !setting.is_under_way(it);
+    let is_met =
+        |it: &Blocker, departs| path.met.contains(&it.drone) && !setting.is_under_way(it, departs);
     for leg in ahead {
         if free.contains(leg) {
             continue;
@@ -184,7 +190,7 @@ fn objections(
         // Who is met gives way on this path, and not on the next.
         let mut meets_any = false;
         let mut is_known = |it: &Blocker| {
-            let is_known = is_met(it) || agent.forgives(it, leg.start);
+            let is_known = is_met(it, leg.start) || agent.forgives(it, leg.start);
             meets_any |= is_known;
             is_known
         };
@@ -200,13 +206,15 @@ fn objections(
         for leg in meant {
             let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
             if let (Some(from), Some(to)) = ends {
-                is_new |= refuted.add((from, to), leg, &against);
+                found.are_new |= refuted.add((from, to), leg, &against);
             }
         }
-        all.breaks_zone = all.breaks_zone.or(against.breaks_zone);
-        all.blockers.append(&mut against.blockers);
+        let is_firm = |it: &Blocker| setting.weight(it, leg.start) == IMMOVABLE;
+        found.any_firm |= against.blockers.iter().any(is_firm);
+        found.all.breaks_zone = found.all.breaks_zone.or(against.breaks_zone);
+        found.all.blockers.append(&mut against.blockers);
     }
-    (all, is_new)
+    found
 }
 
 /// One search: a plain look first where few are in the way, then past the drones that stay, with

@@ -372,22 +372,27 @@ pub(crate) fn agent_of(
         .then(|| Smoothing::new(&drone.vehicle, roadmap.lattice(), mover.step_ticks()));
     // It is there and at rest so long after its path is, and leaves so long before.
     let lead_ticks = smoothing.as_ref().map_or(0, Smoothing::lead_ticks);
+    // Between two tasks at one place it neither arrives nor leaves.
+    let arrives = |task: usize| task == 0 || vertices[task] != vertices[task + 1];
     let count = duties.tasks.len();
     let waypoints = (duties.tasks.iter().enumerate())
         .zip(vertices.windows(2))
-        .map(|((index, task), ends)| Waypoint {
-            distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
-            dwell_ticks: Tick::lasting(task.dwell_s)
-                + lead_ticks
-                + if index + 1 < count { lead_ticks } else { 0 },
-            due: (task.during_s).map_or(Tick::FOREVER, |[from_s, _]| {
-                Tick(Tick::lasting(from_s).saturating_sub(lead_ticks))
-            }),
-            until: (task.during_s).map_or(Tick(0), |[_, until_s]| {
-                Tick(Tick::lasting(until_s)).after(if index + 1 < count { lead_ticks } else { 0 })
-            }),
-            ends: Tick(0),
-            rest_ticks: 0,
+        .map(|((index, task), ends)| {
+            let lead = |has: bool| if has { lead_ticks } else { 0 };
+            let before = lead(arrives(index));
+            let after = lead(index + 1 < count && arrives(index + 1));
+            Waypoint {
+                distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
+                dwell_ticks: Tick::lasting(task.dwell_s) + before + after,
+                due: (task.during_s).map_or(Tick::FOREVER, |[from_s, _]| {
+                    Tick(Tick::lasting(from_s).saturating_sub(before))
+                }),
+                until: (task.during_s).map_or(Tick(0), |[_, until_s]| {
+                    Tick(Tick::lasting(until_s)).after(after)
+                }),
+                ends: Tick(0),
+                rest_ticks: 0,
+            }
         })
         .collect();
     Agent {

@@ -271,9 +271,9 @@ impl Area {
     /// # Errors
     /// The changes are not in order; then nothing has changed.
     pub fn report(&mut self, at_s: f64, changes: Vec<OneChange>) -> Result<(), Refused> {
-        self.drop_mine();
         let at_s = at_s.max(self.clock_s);
         let (candidate, changed) = self.planned(at_s, &changes, None)?;
+        self.drop_mine();
         let before = std::mem::replace(&mut self.running, candidate);
         self.flown(at_s, changes, None, 0);
         self.tell_fact(&before, &changed);
@@ -563,7 +563,12 @@ impl Area {
         let out: Vec<String> = out
             .map(|it| format!("`{}`: {}", it.name, it.reason))
             .collect();
-        let is_fact = |it: &Change| matches!(it, Change::Late { .. });
+        let is_fact = |it: &Change| {
+            matches!(
+                it,
+                Change::Late { .. } | Change::Removed { .. } | Change::Failed { .. }
+            )
+        };
         if !out.is_empty() && !changes.iter().all(is_fact) {
             return Err(Refused::Changes(out));
         }

@@ -596,7 +596,7 @@ fn all_that_fly_land_soon_and_near_in_one_patch_and_who_is_on_the_ground_stays_t
     let there_m = stays.trajectory.position_m.last();
     assert_eq!(there_m, parked.trajectory.position_m.first());
 
-    // What the journal keeps gives the same plan, and nobody is left to land.
+    // What the journal keeps gives the same plan, and no drone is left to land.
     let mut replayed = Service::default();
     replayed.replay(opened_records).unwrap();
     let patch = replayed.replay(told.record.unwrap()).unwrap();
@@ -747,4 +747,180 @@ fn a_plan_that_is_flown_for_long_stays_small_and_replays_to_the_same_bytes() {
         again.replay(record).unwrap();
     }
     assert_eq!(plan_text(&mut again), plan_text(&mut service));
+}
+
+/// The plan of a service now, and what the verifier finds of it.
+fn flown(service: &Service) -> planner::Plan {
+    let plan = service.flown.as_ref().unwrap().running.plan().clone();
+    assert_eq!(planner::verify(&plan).violations, []);
+    plan
+}
+
+#[test]
+fn a_drone_that_is_sent_below_one_that_dwells_comes_there_once_that_is_gone() {
+    let mut service = open(
+        r#"Scenario(
+  name: "yard",
+  bounds_m: (min: (0, 0, 0), max: (24, 12, 4)),
+  drones: [
+    (name: "above", airframe: "kolibri", start_m: (12.5, 6.5, 3.5),
+      tasks: [(to_m: (12.5, 6.5, 3.5), dwell_s: 60), (to_m: (2.5, 6.5, 3.5))]),
+    (name: "below", airframe: "kolibri", start_m: (12.5, 9.5, 1.5)),
+  ],
+)
+"#,
+    );
+    let tasks = json!([{"to_m": [12.5, 6.5, 1.5]}, {"to_m": [12.5, 3.5, 1.5]}]);
+    let retask = json!([{"retask": {"drone": "below", "tasks": tasks}}]);
+    let told = tell(&mut service, &change(1, 10.0, &retask));
+    let patch = told.answer.patch().expect("it waits").clone();
+    assert_eq!((patch.unavoidable, patch.refused), (vec![], vec![]));
+    assert!(flown(&service).drones[1].arrives_s > 60.0);
+}
+
+#[test]
+fn a_drone_that_was_taken_out_or_has_failed_is_not_flown_again_while_it_stops() {
+    for gone in ["fail", "remove"] {
+        let mut service = opened();
+        let out = json!([{gone: {"drone": "left"}}]);
+        assert_eq!(tell(&mut service, &change(1, 4.0, &out)).answer.error, None);
+        let [x, y, z] = planned_m(&service, "left", 4.3);
+        let seen = tell(&mut service, &state(4.3, "left", [x - 1.0, y, z]));
+        assert_eq!((seen.answer.error, seen.record), (None, None));
+        let told = land_all(&mut service, 4.3);
+        let patch = told.answer.patch().expect("the other lands").clone();
+        assert!(patch.changed.iter().all(|it| it.drone == "right"));
+        let retask = json!([{"retask": {"drone": "left", "tasks": [{"to_m": [10.5, 5.5, 2.5]}]}}]);
+        let error = tell(&mut service, &change(3, 4.4, &retask)).answer.error;
+        assert_eq!(error.unwrap().message, "`left` is not there any more");
+    }
+}
+
+/// One that comes at 3 s, and lands where it comes.
+fn third() -> Value {
+    json!({"add": {
+        "drone": "third", "like": "left", "start_m": [12.5, 6.5, 1.5],
+        "tasks": [{"to_m": [12.5, 6.5, 1.5]}], "at_end": "land",
+    }})
+}
+
+#[test]
+fn a_drone_that_has_landed_stays_where_it_is_told_to_land() {
+    let mut service = opened();
+    tell(&mut service, &change(1, 3.0, &json!([third()])));
+    let before = flown(&service).drones[2].clone();
+    let land = json!([{"land": {"drone": "third"}}]);
+    let told = tell(&mut service, &change(2, 12.0, &land));
+    assert_eq!(told.answer.patch().expect("it stays").unavoidable, []);
+    let told = land_all(&mut service, 14.0);
+    let patch = told.answer.patch().expect("the others land").clone();
+    assert!(patch.changed.iter().all(|it| it.drone != "third"));
+    let after = flown(&service).drones[2].clone();
+    assert_eq!(
+        (after.at_end, after.airborne_s),
+        (before.at_end, before.airborne_s)
+    );
+}
+
+#[test]
+fn a_drone_that_waits_on_the_ground_to_fly_again_stands_there() {
+    let text = PAIR.replace(
+        "(24, 12, 4)),",
+        "(24, 12, 4)), planning: (motion: Straight),",
+    );
+    let mut service = open(&text);
+    tell(&mut service, &change(1, 3.0, &json!([third()])));
+    let over = json!([{"to_m": [12.5, 6.5, 3.5], "dwell_s": 30}, {"to_m": [20.5, 2.5, 1.5]}]);
+    let over = json!([{"retask": {"drone": "left", "tasks": over}}]);
+    tell(&mut service, &change(2, 12.0, &over));
+    let up = json!([{"retask": {"drone": "third", "tasks": [{"to_m": [12.5, 9.5, 1.5]}]}}]);
+    tell(&mut service, &change(3, 28.0, &up));
+    assert!(planned_m(&service, "third", 40.0)[2] < 0.5, "it waits");
+    let told = land_all(&mut service, 30.0);
+    let Some(Told::Landing(landing)) = told.answer.result else {
+        panic!("{:?}", told.answer.error);
+    };
+    assert_eq!(landing.not_landing, Vec::<String>::new());
+    let third = flown(&service).drones[2].clone();
+    let there_m = planned_m(&service, "third", 20.0);
+    assert_eq!(planned_m(&service, "third", 90.0), there_m);
+    assert!(third.airborne_s.1.unwrap() < 12.0, "{:?}", third.airborne_s);
+}
+
+/// A pair of which one leaves.
+fn leaving() -> Service {
+    open(&PAIR.replace("(name: \"left\",", "(name: \"left\", at_end: Leave,"))
+}
+
+#[test]
+fn a_drone_that_leaves_before_it_could_do_anything_else_is_not_there_any_more() {
+    let mut service = leaving();
+    let leaves_s = flown(&service).drones[0].arrives_s;
+    let land = json!({"drone": "left", "over_m": [20.5, 5.5, 1.5]});
+    let retask = json!({"drone": "left", "tasks": [{"to_m": [10.5, 5.5, 2.5]}]});
+    for changes in [json!([{"land": land}]), json!([{"retask": retask}])] {
+        let told = tell(&mut service, &change(1, leaves_s - 0.2, &changes));
+        let error = told.answer.error.expect("it is gone");
+        assert_eq!(error.message, "`left` is not there any more");
+    }
+}
+
+#[test]
+fn positions_of_a_drone_that_has_left_are_passed_over_however_long_ago() {
+    let mut service = leaving();
+    let leaves_s = flown(&service).drones[0].arrives_s;
+    let late = json!([{"late": {"drone": "right", "by_s": 1}}]);
+    tell(&mut service, &change(1, 3.0, &late));
+    let back = json!([{"retask": {"drone": "right", "tasks": [{"to_m": [20.5, 8.5, 1.5]}]}}]);
+    tell(&mut service, &change(2, 200.0, &back));
+    let drones = &service.flown.as_ref().unwrap().running.plan().drones;
+    assert!(drones.iter().all(|it| it.name != "left"), "it is dropped");
+    let seen = tell(&mut service, &state(200.0, "left", [20.5, 2.5, 1.5]));
+    assert_eq!(seen.answer.error, None);
+    let mut service = leaving();
+    let seen = tell(&mut service, &state(leaves_s, "left", [18.5, 2.5, 1.5]));
+    assert_eq!((seen.answer.error, seen.record), (None, None));
+}
+
+#[test]
+fn after_a_replay_the_first_time_told_may_be_long_after_the_last_change() {
+    let mut service = opened();
+    let late = json!([{"late": {"drone": "left", "by_s": 1}}]);
+    let told = tell(&mut service, &change(1, 4.0, &late));
+    let open = json!({"method": "open", "params": {"scenario": PAIR}});
+    let mut again = Service::default();
+    for record in [tell(&mut Service::default(), &open).record, told.record] {
+        again.replay(record.unwrap()).unwrap();
+    }
+    let seen = tell(&mut again, &state(172_000.0, "left", [20.5, 2.5, 1.5]));
+    assert_eq!(seen.answer.error, None);
+    let seen = tell(&mut again, &state(900_000.0, "left", [20.5, 2.5, 1.5]));
+    assert_eq!(seen.answer.error.unwrap().code, Code::Time);
+}
+
+#[test]
+fn a_drone_beside_a_zone_goes_on_as_it_did_where_it_is_refused_something_else() {
+    let mut service = open(
+        r#"Scenario(
+  name: "zone",
+  bounds_m: (min: (0, 0, 0), max: (24, 12, 10)),
+  zones: [(name: "people", min_m: (1, 0, 0), max_m: (13, 12, 1), air_limit_mps: 1.2)],
+  drones: [(name: "high", airframe: "kolibri", start_m: (7.5, 6.5, 8.5),
+    tasks: [(to_m: (3.5, 6.5, 8.5), dwell_s: 100), (to_m: (20.5, 6.5, 8.5))])],
+)
+"#,
+    );
+    let retask = json!([{"retask": {"drone": "high", "tasks": [{"to_m": [5.5, 6.5, 1.5]}]}}]);
+    let told = tell(&mut service, &change(1, 20.0, &retask));
+    let patch = told.answer.patch().expect("an answer").clone();
+    let [refused] = &patch.refused[..] else {
+        panic!("{patch:?}")
+    };
+    assert!(
+        refused
+            .reason
+            .ends_with("it goes on with what it had to do"),
+        "{}",
+        refused.reason
+    );
 }

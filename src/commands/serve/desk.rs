@@ -68,6 +68,9 @@ impl Desk {
             record,
             method,
         } = self.service.handle(line, &elapsed_s);
+        // A landing that changes nothing is none.
+        let patch = answer.patch().filter(|_| record.is_some());
+        let patch = patch.map(|_| began.elapsed());
         let mut kept = None;
         if let Some(record) = record {
             let text = line_of(&record)?;
@@ -77,7 +80,6 @@ impl Desk {
             let event = event_of(&record, answer.patch(), before);
             kept = event.map(|event| (text, event));
         }
-        let patch = answer.patch().map(|_| began.elapsed());
         if let Some(took) = patch {
             self.took.truncate(MOST_TIMES - 1);
             self.took.push_front(took);

@@ -51,6 +51,8 @@ const MOST_HELD_BYTES: usize = 2 * MOST_BYTES;
 /// How long the request that is worked on may go on when the process is to end. Chosen here: a
 /// tenth of what systemd waits.
 const GRACE: Duration = Duration::from_secs(9);
+/// And what the request that is worked on gets of it, however long others took: chosen here.
+const LEAST_GRACE: Duration = Duration::from_secs(1);
 /// Fewest characters of a token. Chosen here: 64 bits in hexadecimal digits.
 const FEWEST_TOKEN_CHARS: usize = 16;
 /// Most bytes of a file with a token.
@@ -307,6 +309,7 @@ async fn accept(
     all.shutdown().await;
     // The desk has ended once no connection can ask it any more.
     drop(office);
+    let until = until.max(tokio::time::Instant::now() + LEAST_GRACE);
     let _ = timeout_at(until, ended).await;
     Ok(())
 }
@@ -346,10 +349,18 @@ async fn connection(
 
 impl Office {
     async fn answer(&self, peer: IpAddr, request: Request<Incoming>) -> Response<Payload> {
+        let path = request.uri().path();
+        let method = PATHS.into_iter().find(|(known, _)| *known == path);
         let answered = self.routed(peer, request).await;
         answered.unwrap_or_else(|Refused(code, message)| {
             self.figures.answered("none", &code.name());
-            said(Some(code), bytes_of(&Told::refused(code, message)))
+            let mut response = said(Some(code), bytes_of(&Told::refused(code, message)));
+            if let (Code::HttpMethod, Some((_, method))) = (code, method)
+                && let Ok(method) = HeaderValue::from_str(method.as_str())
+            {
+                response.headers_mut().insert(ALLOW, method);
+            }
+            response
         })
     }
 
@@ -548,7 +559,6 @@ fn said(code: Option<Code>, bytes: Bytes) -> Response<Payload> {
     let header = match code {
         Some(Code::Busy) => Some((RETRY_AFTER, "1")),
         Some(Code::Unauthorized) => Some((WWW_AUTHENTICATE, "Bearer")),
-        Some(Code::HttpMethod) => Some((ALLOW, "GET, POST")),
         _ => None,
     };
     if let Some((name, value)) = header {

@@ -257,6 +257,9 @@ impl Tally {
         if !self.is_flat() {
             lines.push("memory grows".to_owned());
         }
+        if self.took.is_empty() {
+            lines.push("nothing was tried: there was no patch in this time".to_owned());
+        }
         if let Some(is_replayed) = self.replayed {
             let same = if is_replayed {
                 "the same bytes"

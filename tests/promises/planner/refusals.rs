@@ -341,3 +341,84 @@ fn a_tracking_margin_that_a_spacing_cannot_hold_is_named_with_one_that_is_planne
     let outcome = plan_world(&world, &Control::QUIET).expect("in order");
     assert!(matches!(outcome, Outcome::Safe(_)));
 }
+
+fn read(text: &str) -> World {
+    let world = planner::read_world(text).unwrap_or_else(|problems| panic!("{problems:#?}"));
+    world.relaxed().unwrap_or(world)
+}
+
+/// A wall with a gap half a metre wide, which no step of one metre passes: the way round it takes
+/// three times as long as there is.
+#[test]
+fn an_appointment_beyond_a_gap_that_whole_cells_miss_is_kept_on_finer_ones() {
+    let world = read(
+        r#"Scenario(name: "gap", bounds_m: (min: (0, 0, 0), max: (20, 20, 2)),
+        obstacles: [
+            (name: "low", min_m: (9.9, 0, 0), max_m: (10.1, 1.25, 2)),
+            (name: "high", min_m: (9.9, 1.75, 0), max_m: (10.1, 18, 2)),
+        ],
+        drones: [(name: "k1", airframe: "kolibri", start_m: (9, 1, 1),
+            tasks: [(to_m: (11, 1, 1), during_s: (6, 7))])],
+        planning: (cell_m: 1))"#,
+    );
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+    assert_sound(&world, &planned.plan);
+    // Nothing flies two metres in half a second.
+    let mut hurried = world;
+    hurried.drones[0].tasks[0].during_s = Some([0.5, 7.0]);
+    let planned = answered(&hurried);
+    let FailureCause::TooLate { is_proven, .. } = planned.failures[0].cause else {
+        panic!("{:#?}", planned.failures);
+    };
+    assert!(is_proven);
+}
+
+#[test]
+fn two_windows_at_one_place_that_meet_are_one_stay() {
+    let world = read(
+        r#"Scenario(name: "windows", bounds_m: (min: (0, 0, 0), max: (12, 12, 6)),
+        drones: [(name: "k1", airframe: "kolibri", start_m: (1, 1, 1),
+            tasks: [(to_m: (5, 1, 1), during_s: (10, 20)), (to_m: (5, 1, 1), during_s: (20, 30))])],
+        planning: (motion: Smooth))"#,
+    );
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+    let flown = &planned.plan.drones[0].trajectory;
+    for at_s in [10.0, 19.9, 20.1, 30.0] {
+        let at_m = flown.position_m(at_s).expect("it is there");
+        assert!((at_m - Point3::new(5.0, 1.0, 1.0)).norm() < 1e-6, "{at_m}");
+    }
+}
+
+/// Pads in a rack, and between a rack and a post that is nearer than a drone may stray.
+#[test]
+fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_told() {
+    for (tasks, start) in [
+        ("", (4.5, 4.3)),
+        ("", (3.9, 5.0)),
+        ("(to_m: (8, 8, 2))", (4.5, 4.3)),
+        ("(to_m: (8, 8, 2))", (3.9, 5.0)),
+    ] {
+        let text = |x: f64, y: f64, z: f64| {
+            format!(
+                r#"Scenario(name: "pads", bounds_m: (min: (0, 0, 0), max: (10, 10, 4)),
+                obstacles: [
+                    (name: "rack", min_m: (4, 4, 0), max_m: (5, 6, 2)),
+                    (name: "post", base_m: (3.4, 5, 0), radius_m: 0.3, height_m: 2),
+                ],
+                drones: [(name: "k1", airframe: "offboard-1", start_m: ({x}, {y}, {z}), at_start: Landed,
+                    tasks: [{tasks}])])"#
+            )
+        };
+        let problems = planner::read_world(&text(start.0, start.1, 0.198)).expect_err("no room");
+        let [problem] = &problems.0[..] else {
+            panic!("{problems:#?}");
+        };
+        let help = problem.help.as_deref().expect("a place is told");
+        let place = help.split(['(', ')']).nth(1).expect("a place");
+        let place: Vec<f64> = place.split(", ").filter_map(|it| it.parse().ok()).collect();
+        let again = planner::read_world(&text(place[0], place[1], place[2]));
+        assert!(again.is_ok(), "{help}: {again:#?}");
+    }
+}

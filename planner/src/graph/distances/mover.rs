@@ -47,7 +47,7 @@ impl Speeds {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mover {
     /// Along every edge.
-    pub(super) speeds: Speeds,
+    pub(crate) speeds: Speeds,
     /// Of the ball that must stay clear: body and clearance (m).
     pub(super) radius_m: f64,
     /// The stops it may use; others' are not for it.

@@ -97,7 +97,9 @@ impl ReservationTable<'_> {
                 continue;
             }
             if it.price == FORBIDDEN {
-                verdict.blockers.push(blocker(it.drone, it.began, it.clear));
+                verdict
+                    .blockers
+                    .push(blocker(it.drone, [it.began, it.clear], it.flown));
             } else if to != Tick::FOREVER {
                 let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
                 verdict.price_s += f64::from(it.price) / 1000.0 * seconds;
@@ -125,7 +127,9 @@ impl ReservationTable<'_> {
                     clear => Tick(clear.0 - ticks),
                 };
                 let began = Tick(it.began.0.saturating_sub(ticks));
-                verdict.blockers.push(blocker(it.drone, began, clear));
+                verdict
+                    .blockers
+                    .push(blocker(it.drone, [began, clear], it.flown));
             }
         }
     }
@@ -240,19 +244,23 @@ impl ReservationTable<'_> {
         if !self.reaches([me, other], at, direction, there, record) {
             return true;
         }
-        let (began, clear) = (Tick(began.max(0) as u32), Tick(clear as u32));
-        verdict.blockers.push(blocker(record.drone, began, clear));
+        let departures = [Tick(began.max(0) as u32), Tick(clear as u32)];
+        let flown = [record.start, record.end];
+        verdict
+            .blockers
+            .push(blocker(record.drone, departures, flown));
         true
     }
 }
 
 /// A drone in the way from a tick until another; the tables do not tell how.
-fn blocker(drone: DroneId, began: Tick, clear: Tick) -> Blocker {
+fn blocker(drone: DroneId, [began, clear]: [Tick; 2], flown: [Tick; 2]) -> Blocker {
     Blocker {
         drone,
         why: Why::OwnLimit,
         began,
         clear,
+        flown,
     }
 }
 

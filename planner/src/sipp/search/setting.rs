@@ -139,15 +139,20 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// What is in the way is flown already, and cannot be taken back.
-    pub(super) fn is_under_way(&self, blocker: &Blocker) -> bool {
-        let until = self.under_way.get(blocker.drone.0 as usize);
-        until.is_some_and(|until| blocker.clear <= *until)
+    /// What is in the way of a leg that departs then is flown already, and cannot be taken back. Of
+    /// a leg that can be cut short that holds as long as what is left of it is in the way.
+    pub(super) fn is_under_way(&self, blocker: &Blocker, departs: Tick) -> bool {
+        let Some(&until) = self.under_way.get(blocker.drone.0 as usize) else {
+            return false;
+        };
+        let [begins, ends] = blocker.flown;
+        let longer = blocker.clear.0.saturating_sub(ends.0);
+        ends <= until || begins < until && departs < until.after(longer)
     }
 
-    /// Price of what is in the way.
-    pub(crate) fn weight(&self, blocker: &Blocker) -> u32 {
-        if self.is_under_way(blocker) {
+    /// Price of what is in the way of a leg that departs then.
+    pub(crate) fn weight(&self, blocker: &Blocker, departs: Tick) -> u32 {
+        if self.is_under_way(blocker, departs) {
             return IMMOVABLE;
         }
         self.weights[blocker.drone.0 as usize]

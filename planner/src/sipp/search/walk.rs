@@ -597,7 +597,7 @@ impl<'a> Search<'a> {
                 memo.judge(&self.setting, &leg, &mut all);
             }
         }
-        let is_met = |blocker: &Blocker| self.passes(label.met, blocker);
+        let is_met = |blocker: &Blocker| self.passes(&label, blocker);
         let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
         if from.at < label.departs {
             let node = self.nodes.at(&from);
@@ -649,7 +649,7 @@ impl<'a> Search<'a> {
             Step::Move => {
                 // Mostly it is the place it leads to that is taken.
                 reservations.arrive(class, label.vertex, time, verdict);
-                if !verdict.blockers.iter().all(|it| self.passes(label.met, it)) {
+                if !verdict.blockers.iter().all(|it| self.passes(label, it)) {
                     return Brief::WhereItLeads;
                 }
                 verdict.clear();
@@ -754,10 +754,10 @@ impl<'a> Search<'a> {
         for position in 0..self.verdict.blockers.len() {
             let blocker = self.verdict.blockers[position];
             let Blocker { drone, why, .. } = blocker;
-            if self.agent.forgives(&blocker, label.departs) || self.passes(label.met, &blocker) {
+            if self.agent.forgives(&blocker, label.departs) || self.passes(&label, &blocker) {
                 continue;
             }
-            let weight = self.setting.weight(&blocker);
+            let weight = self.setting.weight(&blocker, label.departs);
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Obstructor::Drone(drone, why));
                 return None;
@@ -769,8 +769,8 @@ impl<'a> Search<'a> {
     }
 
     /// Whether what is in the way is to give way already.
-    fn passes(&self, met: u32, blocker: &Blocker) -> bool {
-        self.met.has(met, blocker.drone) && !self.setting.is_under_way(blocker)
+    fn passes(&self, label: &Label, blocker: &Blocker) -> bool {
+        self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, label.departs)
     }
 
     /// Keeps what was in the way, if no state nearer to the end was stopped before.

@@ -312,8 +312,9 @@ impl<'a> Attempt<'a> {
             for leg in &stay {
                 self.costmap.judge(leg, &mut verdict);
                 let setting = self.setting();
-                let takeable =
-                    |b: &&Blocker| setting.weight(b) != IMMOVABLE || self.kept.is_empty();
+                let takeable = |b: &&Blocker| {
+                    setting.weight(b, leg.start) != IMMOVABLE || self.kept.is_empty()
+                };
                 hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
                 allowed &= verdict.is_allowed();
             }
@@ -643,9 +644,9 @@ impl<'a> Attempt<'a> {
             ..self.setting()
         };
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
-        let mut is_known = |blocker: &Blocker| path.met.contains(&blocker.drone);
-        flown.iter().all(|leg| {
+        flown.par_iter().all(|leg| {
             let mut against = Verdict::default();
+            let mut is_known = |blocker: &Blocker| path.met.contains(&blocker.drone);
             setting.add_unknown(leg, &mut is_known, &mut against);
             against.is_allowed()
         })
@@ -705,7 +706,7 @@ impl<'a> Attempt<'a> {
         for leg in begun {
             self.costmap.judge(leg, &mut verdict);
             let setting = self.setting();
-            let movable = |b: &&Blocker| setting.weight(b) != IMMOVABLE;
+            let movable = |b: &&Blocker| setting.weight(b, leg.start) != IMMOVABLE;
             hit.extend(verdict.blockers.iter().filter(movable).map(|b| b.drone));
         }
         hit.sort_unstable();
