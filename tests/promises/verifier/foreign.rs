@@ -2,11 +2,13 @@
 //! a scenario asks for is looked for, what was flown is judged.
 
 use planner::plan::file::{NotAPlan, PlanFile, read, schema};
-use planner::plan::{AtEnd, AtStart, Plan, ViolationKind};
+use planner::plan::{AtEnd, AtStart, Plan, Solid, ViolationKind};
 use planner::scenario::{Files, FlownError, missing, read_samples, samples_as_plan};
 use planner::verify::examination::examine;
 use planner::{Control, read_world};
 use serde_json::{Value, json};
+
+use super::broken;
 
 /// The least that is a plan: presets by name, points, no results.
 const LEAST: &str = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [20, 10, 8]}, "drones": [
@@ -283,7 +285,20 @@ fn a_plan_is_held_against_its_scenario() {
     let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
     let plan = outcome.into_planned().unwrap().plan;
     assert_eq!(missing(&world, &plan), Vec::<String>::new());
-    let lacks: [Change<Plan>; 12] = [
+    // What it does not name may be given up.
+    let by_weaker_rules = |plan: &mut Plan| {
+        plan.drones[1].trajectory.control_m.clear();
+        plan.air_delay = None;
+    };
+    let weaker = broken(plan.clone(), by_weaker_rules);
+    assert_eq!(missing(&world, &weaker), Vec::<String>::new());
+    let named = WORLD.replace(
+        "zones:",
+        "air: (convection: (0.6, 1.0)), planning: (motion: Smooth), zones:",
+    );
+    let world = read_world(&named).unwrap();
+    assert_eq!(missing(&world, &plan), Vec::<String>::new());
+    let lacks: [Change<Plan>; 16] = [
         ("`b` is not in the plan", |plan| drop(plan.drones.pop())),
         ("`c` is not in the scenario", |plan| {
             plan.drones[1].name = "c".to_owned()
@@ -301,8 +316,24 @@ fn a_plan_is_held_against_its_scenario() {
         ("starts in another state", |plan| {
             plan.drones[0].at_start = AtStart::Landed
         }),
+        ("from 2.00 s on alone", |plan| {
+            plan.drones[1].enters_s = Some(2.0)
+        }),
+        ("may turn in no time", |plan| {
+            plan.drones[1].trajectory.control_m.clear()
+        }),
+        ("convection is down to 0.6", |plan| plan.air_delay = None),
         ("other bounds", |plan| plan.bounds_m.max.z = 9.0),
-        ("obstacle `rack`", |plan| plan.obstacles.clear()),
+        ("obstacle `rack` is not in the plan", |plan| {
+            plan.obstacles.clear()
+        }),
+        ("obstacle `rack` of the plan is not", |plan| {
+            let mut another = plan.obstacles[0].clone();
+            if let Solid::Box { max_m, .. } = &mut another.shape {
+                max_m.z += 0.5;
+            }
+            plan.obstacles.push(another);
+        }),
         ("zone `desk`", |plan| {
             plan.zones[0].air_limit_mps = Some(1.6)
         }),
@@ -319,6 +350,33 @@ fn a_plan_is_held_against_its_scenario() {
         assert!(
             found.iter().any(|it| it.contains(told)),
             "{told}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn a_drone_that_flies_off_and_back_keeps_no_dwell() {
+    let world = r#"(name: "w", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)),
+        drones: [(name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (5, 5, 2), dwell_s: 5)])],
+        planning: (time_margin_s: 0, tracking_m: 0))"#;
+    let world = read_world(world).unwrap();
+    let stays_within = |off_m: f64| {
+        let text = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [10, 10, 5]},
+            "air_delay": {"convection": [0.6, 1.0]}, "quasi_static": false,
+            "drones": [{"name": "k", "airframe": "kolibri", "arrives_s": 9.0,
+            "trajectory": {"t_s": [0, 4, 9], "position_m": [[1, 1, 1], [5, 5, 2], [5, 5, 2]],
+                "control_m": [[], [[5, 5, 2], [5, 5, 2]]], "turns_at_once": true}}]}"#;
+        let mut plan = file(text).plan;
+        plan.drones[0].trajectory.control_m[1][0].x += off_m;
+        missing(&world, &plan)
+    };
+    // At four ninths of the way to its control point.
+    assert_eq!(stays_within(2.2e-3), [""; 0]);
+    for off_m in [2.3e-3, 4.0] {
+        let lacks = stays_within(off_m);
+        assert!(
+            lacks[0].starts_with("`k`: its last dwell ends at 14"),
+            "{lacks:?}"
         );
     }
 }
