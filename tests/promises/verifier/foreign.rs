@@ -2,13 +2,14 @@
 //! a scenario asks for is looked for, what was flown is judged.
 
 use planner::plan::file::{NotAPlan, PlanFile, read, schema};
-use planner::plan::{AtEnd, AtStart, Plan, Solid, ViolationKind};
+use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid, ViolationKind};
 use planner::scenario::{Files, FlownError, missing, read_samples, samples_as_plan};
 use planner::verify::examination::examine;
 use planner::{Control, read_world};
 use serde_json::{Value, json};
 
 use super::broken;
+use super::plans::{drone, plan};
 
 /// The least that is a plan: presets by name, points, no results.
 const LEAST: &str = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [20, 10, 8]}, "drones": [
@@ -352,6 +353,56 @@ fn a_plan_is_held_against_its_scenario() {
             "{told}: {found:?}"
         );
     }
+}
+
+#[test]
+fn no_two_bodies_come_nearer_than_the_closest_approach() {
+    let spread = |k: usize, step: f64| (k as f64 * step).fract();
+    let place = |k: usize| [40.0, 40.0, 12.0].map(|side_m| side_m * spread(k, 0.618 + side_m));
+    let body_m = airflow::Airframe::preset("kolibri").unwrap().tip_radius_m();
+    let mut near = 0;
+    for fleet in 0..40 {
+        let legs = (0..2 + fleet % 9).map(|k| {
+            let n = 20 * fleet + 2 * k;
+            let until_s = 12.0 + spread(n, 0.37);
+            drone(
+                &format!("d{k}"),
+                "kolibri",
+                &[(spread(n, 0.71), place(n)), (until_s, place(n + 1))],
+            )
+        });
+        let mut drones: Vec<DronePlan> = legs.collect();
+        // On the ground side by side: nearer than most, and no approach.
+        for x_m in [39.0, 39.3] {
+            let mut rests = drone(
+                &format!("at {x_m}"),
+                "kolibri",
+                &[(0.0, [x_m, 39.0, 0.096])],
+            );
+            rests.at_start = AtStart::Landed;
+            rests.airborne_s = (0.0, Some(0.0));
+            drones.push(rests);
+        }
+        let plan = plan(drones);
+        let mut least_m = f64::INFINITY;
+        for sample in plan.sample(200.0) {
+            let at_m: Vec<_> = sample.position_m.into_iter().flatten().collect();
+            for k in 0..at_m.len() - 2 {
+                for other in k + 1..at_m.len() {
+                    least_m = least_m.min((at_m[k] - at_m[other]).norm() - 2.0 * body_m);
+                }
+            }
+        }
+        let text = serde_json::to_string(&plan).unwrap();
+        let found = examine(&file(&text), false).closest.expect("they fly");
+        // Between two samples both fly on by 5 ms, at up to 5 m/s.
+        assert!(
+            (-0.05..1e-6).contains(&(found.gap_m - least_m)),
+            "{fleet}: {found:?} {least_m}"
+        );
+        near += usize::from(found.gap_m < 1.0);
+    }
+    assert!((1..39).contains(&near), "{near}");
 }
 
 #[test]
