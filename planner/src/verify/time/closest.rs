@@ -1,5 +1,5 @@
-//! The two bodies that come nearest to one another, of all pairs of which at least one flies: drones
-//! that stand side by side on the ground do not approach.
+//! The two bodies that come nearest to one another, of all pairs of which at least one flies:
+//! drones that stand side by side on the ground do not approach.
 //!
 //! In each slab of time those are looked at whose boxes are within a distance of one another. If
 //! none are as near as that all along, the distance grows.
