@@ -105,7 +105,17 @@ impl Bins {
     /// Numbers of all entries that may matter at a place (m), and some more; in the order of cells.
     pub(crate) fn near(&self, place_m: &Point3<f64>) -> impl Iterator<Item = usize> + '_ {
         let layer = self.index(2, place_m.z);
-        let reach_m = self.reach_m[layer];
+        self.within(place_m, self.reach_m[layer])
+    }
+
+    /// Those of its layer whose middle may be within a level distance of it (m), however far they
+    /// reach themselves.
+    pub(crate) fn within(
+        &self,
+        place_m: &Point3<f64>,
+        reach_m: f64,
+    ) -> impl Iterator<Item = usize> + '_ {
+        let layer = self.index(2, place_m.z);
         let span =
             |k: usize| self.index(k, place_m[k] - reach_m)..=self.index(k, place_m[k] + reach_m);
         let columns = span(0);

@@ -43,7 +43,7 @@ const DOWN_M: f64 = 0.05;
 const DOWN_S: f64 = 2.0;
 /// The floor is this far below the lowest centre (m), chosen here: no body is a point.
 const FLOOR_M: f64 = 0.02;
-/// Bodies are looked for within this (m): chosen here.
+/// Gaps between bodies are told up to this (m): chosen here.
 const CONTACT_M: f64 = 2.0;
 /// Obstacles below a drone are none within this of its pad (m), as the verifier has it.
 const PAD_M: f64 = 0.5;
@@ -329,6 +329,8 @@ struct Picture<'a> {
     link_bins: &'a Bins,
     spots: &'a [Spot],
     spot_bins: &'a Bins,
+    /// Radius of the largest body (m).
+    largest_m: f64,
     /// Of spots, as far as wakes that take no time reach; empty where nothing asks.
     wake_bins: &'a Bins,
 }
@@ -349,6 +351,8 @@ impl Setting<'_> {
         let mut link_bins = Bins::new(&fleet.bounds_m, LINK_M);
         let mut spot_bins = Bins::new(&fleet.bounds_m, f64::INFINITY);
         let mut wake_bins = spot_bins.clone();
+        let radii_m = fleet.crafts.iter().map(|it| it.body_radius_m);
+        let largest_m = radii_m.fold(0.0, f64::max);
         let reaches_m: Vec<f64> = emitters.iter().map(Emitter::most_reach_m).collect();
         let is_paper = self.air.is_some_and(|it| it.1 == FeedForward::Paper);
         let (mut links, mut spots) = (Vec::new(), Vec::new());
@@ -379,7 +383,7 @@ impl Setting<'_> {
             };
             // In calm air nothing is looked for.
             if self.air.is_some() {
-                spot_bins.fill(spots.iter().map(|spot| entry(spot, CONTACT_M)));
+                spot_bins.fill(spots.iter().map(|spot| entry(spot, 0.0)));
             }
             if step % per_second == 0 && spot_bins.fullest() > MOST_IN_A_CELL {
                 return Err(FlyError::TooDense {
@@ -398,6 +402,7 @@ impl Setting<'_> {
                 link_bins: &link_bins,
                 spots: &spots,
                 spot_bins: &spot_bins,
+                largest_m,
                 wake_bins: &wake_bins,
             };
             let each = pilots.par_iter_mut().with_min_len(PER_TASK).enumerate();
@@ -641,7 +646,9 @@ impl Setting<'_> {
             return;
         }
         let at_m = here.position_m;
-        for other in picture.spot_bins.near(&at_m).filter(|it| *it != k) {
+        let reach_m = CONTACT_M + craft.body_radius_m + picture.largest_m;
+        let others = picture.spot_bins.within(&at_m, reach_m);
+        for other in others.filter(|it| *it != k) {
             let spot = &picture.spots[other];
             if !spot.is_there || !(here.is_flying || spot.is_flying) {
                 continue;
@@ -652,12 +659,13 @@ impl Setting<'_> {
             let speed2 = past_mps.norm_squared().max(f64::MIN_POSITIVE);
             let after_s = (-apart_m.dot(&past_mps) / speed2).clamp(0.0, STEP_S);
             let distance_m = (apart_m + past_mps * after_s).norm();
-            if distance_m > CONTACT_M {
+            let radii_m = craft.body_radius_m + self.fleet.crafts[other].body_radius_m;
+            let gap_m = distance_m - radii_m;
+            if gap_m > CONTACT_M {
                 continue;
             }
-            let radii_m = craft.body_radius_m + self.fleet.crafts[other].body_radius_m;
             let contact = Contact {
-                gap_m: distance_m - radii_m,
+                gap_m,
                 with: other,
                 at_s: t_s + after_s,
             };
@@ -907,6 +915,24 @@ mod tests {
         assert!((a.least_gap_at_s.expect("when") - 3.0).abs() < 0.05);
         assert_eq!(c.least_obstacle.as_deref(), Some("shelf"));
         assert!(!report.is_within_limits());
+    }
+
+    #[test]
+    fn large_bodies_touch_however_far_apart_their_centres_are() {
+        // They reach 1.5 m from their centres.
+        let barge = r#"{"name": "barge", "mass_kg": 40, "propeller_diameter_m": 1.0, "motor_distance_m": 2.0}"#;
+        let hovering = |name: &str, x_m: f64| {
+            let drone = drone((name, "barge"), &[(2.0, [x_m, 10.0, 5.0])], "");
+            drone.replace(r#""barge""#, barge)
+        };
+        for (apart_m, touching) in [(2.9, 2), (3.5, 0)] {
+            let plan = plan(&[hovering("a", 8.0), hovering("b", 8.0 + apart_m)]);
+            let report = flown(&plan, &calm_at(1.0));
+            let fleet = &report.flights[0].fleet;
+            assert_eq!(fleet.touching, touching);
+            let gap_m = fleet.least_gap_m.expect("within two metres");
+            assert!((gap_m - (apart_m - 3.0)).abs() < 1e-6, "{gap_m}");
+        }
     }
 
     #[test]

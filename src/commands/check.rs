@@ -184,7 +184,7 @@ fn margins(found: &Examination) -> Vec<String> {
             place(&it.position_m)
         ));
     } else if found.plan.drones.len() > 1 {
-        lines.push("closest approach: no two drones come near one another".to_owned());
+        lines.push("closest approach: no drone flies while another is there".to_owned());
     }
     if let Some(first) = first_exposure(found) {
         lines.push(format!("first exposure over a limit: {first}"));

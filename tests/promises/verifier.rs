@@ -10,7 +10,8 @@ mod smooth;
 mod zones;
 
 use airflow::effects::{Effects, JetMerging};
-use planner::plan::{Plan, Solid, Unplanned, ViolationKind};
+use nalgebra::Point3;
+use planner::plan::{Obstacle, Plan, Solid, Unplanned, ViolationKind};
 use planner::verify::verify;
 
 use plans::{drone, kinds, lands, plan, preset, with_box, with_cylinder, with_mesh_box, with_zone};
@@ -182,6 +183,58 @@ fn a_drone_inside_a_closed_mesh_is_refused() {
         )
     };
     refused(ViolationKind::Obstacle, &hovering(15.0), &hovering(25.0));
+}
+
+#[test]
+fn each_crate_of_a_mesh_has_an_inside_whatever_is_beside_it() {
+    // One in another, one turned inside out that shares a corner with that, a sheet on its own.
+    let hovering = |at_m: [f64; 3]| {
+        let crates = [
+            ([0.0; 3], [9.0; 3]),
+            ([3.0; 3], [6.0; 3]),
+            ([9.0; 3], [12.0; 3]),
+        ];
+        let mut plan = one(&[(0.0, at_m)]);
+        let (mut vertices_m, mut triangles) = (Vec::new(), Vec::new());
+        for (k, (min_m, max_m)) in crates.into_iter().enumerate() {
+            plan = with_mesh_box(plan, "crate", min_m, max_m);
+            let shape = plan.obstacles.pop().map(|it| it.shape);
+            let Some(Solid::Mesh {
+                vertices_m: corners_m,
+                triangles: faces,
+                ..
+            }) = shape
+            else {
+                panic!("a mesh")
+            };
+            let before = vertices_m.len() as u32;
+            vertices_m.extend(corners_m);
+            triangles.extend(faces.iter().map(|&[a, b, c]| match k {
+                2 => [a, c, b].map(|it| it + before),
+                _ => [a, b, c].map(|it| it + before),
+            }));
+        }
+        let before = vertices_m.len() as u32;
+        vertices_m.extend([[15.0, 1.0, 1.0], [16.0, 1.0, 1.0], [16.0, 2.0, 1.0]].map(Point3::from));
+        triangles.push([0, 1, 2].map(|it| it + before));
+        let mesh = "crates.obj".to_owned();
+        let shape = Solid::Mesh {
+            mesh,
+            vertices_m,
+            triangles,
+        };
+        let name = "crates".to_owned();
+        plan.obstacles.push(Obstacle { name, shape });
+        plan
+    };
+    for inside_m in [[1.5; 3], [4.5; 3], [10.5; 3]] {
+        let outside_m = [12.5, 2.0, 5.0];
+        refused(
+            ViolationKind::Obstacle,
+            &hovering(inside_m),
+            &hovering(outside_m),
+        );
+    }
 }
 
 #[test]

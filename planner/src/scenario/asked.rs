@@ -7,9 +7,9 @@
 use airflow::Convection;
 use nalgebra::Point3;
 
-use crate::plan::trajectory::{Motion, Piece, Tail, Trajectory};
-use crate::plan::{AtEnd, DronePlan, Plan, Solid};
-use crate::scenario::world::{Drone, Task, World};
+use crate::plan::trajectory::{Motion, Piece, SAME_PLACE_M, Tail, Trajectory};
+use crate::plan::{AtEnd, DronePlan, Obstacle, Plan, Solid};
+use crate::scenario::world::{Drone, PathMotion, Task, World};
 
 /// How near to a task a drone counts as there (m), chosen here: a millimetre, as for bodies.
 const THERE_M: f64 = 1e-3;
@@ -28,7 +28,7 @@ pub fn missing(world: &World, plan: &Plan) -> Vec<String> {
             missing.push(format!("`{}` is not in the plan", drone.name));
             continue;
         };
-        let faults = of_drone(drone, entry, plan);
+        let faults = of_drone(drone, entry, (world, plan));
         missing.extend(
             faults
                 .into_iter()
@@ -74,6 +74,15 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
             ));
         }
     }
+    let is_asked = |it: &&Obstacle| {
+        let mut named = world.obstacles.iter().filter(|asked| asked.name == it.name);
+        named.any(|asked| same_shape(&it.shape, &asked.shape))
+    };
+    let more = plan.obstacles.iter().filter(|it| !is_asked(it));
+    missing.extend(more.map(|it| {
+        let name = &it.name;
+        format!("obstacle `{name}` of the plan is not in the scenario, or has another shape")
+    }));
     for zone in &world.zones {
         let is_kept = plan.zones.iter().any(|it| {
             let limit = match (zone.air_limit_mps, it.air_limit_mps) {
@@ -176,7 +185,7 @@ fn same_shape(a: &Solid, b: &Solid) -> bool {
 }
 
 /// The airframe, its limits, both ends and the tasks of one drone.
-fn of_drone(drone: &Drone, entry: &DronePlan, plan: &Plan) -> Vec<String> {
+fn of_drone(drone: &Drone, entry: &DronePlan, (world, plan): (&World, &Plan)) -> Vec<String> {
     let mut missing = Vec::new();
     let (asked, flown) = (&drone.vehicle, &entry.airframe);
     let airframe = &asked.airframe;
@@ -240,6 +249,21 @@ fn of_drone(drone: &Drone, entry: &DronePlan, plan: &Plan) -> Vec<String> {
     let first_m = entry.trajectory.position_m.first();
     if first_m.is_none_or(|it| (it - drone.start_m).norm() > THERE_M) {
         missing.push("it starts at another place".to_owned());
+    }
+    if let Some(enters_s) = entry.enters_s.filter(|it| *it > SHORT_S) {
+        missing.push(format!(
+            "it is there from {enters_s:.2} s on alone (`enters_s`: it comes then, or what it flew \
+             before was dropped), in the scenario from 0 s on"
+        ));
+    }
+    let moves = |it: &Point3<f64>| (it - drone.start_m).norm() > THERE_M;
+    let flown = &entry.trajectory;
+    if world.planning.motion == PathMotion::Smooth
+        && !world.planning.relaxable.motion
+        && !flown.claims_continuity()
+        && (flown.is_smooth() || flown.position_m.iter().any(moves))
+    {
+        missing.push("it may turn in no time, the scenario's motion is Smooth".to_owned());
     }
     if plan.unplanned.iter().any(|it| it.name == drone.name) {
         missing.push("it is unplanned".to_owned());
@@ -327,8 +351,7 @@ fn reached(trajectory: &Trajectory, task: &Task, since_s: f64, mass_kg: f64) -> 
         let mut until_s = there_s;
         for next in &pieces[k..] {
             let (begin_s, end_s) = (next.motion.from_s.max(there_s), next.motion.until_s);
-            let is_there = |t_s: f64| (next.motion.at_m(t_s) - task.to_m.coords).norm() <= THERE_M;
-            if !(is_there(begin_s) && is_there(end_s)) {
+            if !stays(&next.motion.during(begin_s, end_s), &task.to_m) {
                 break;
             }
             until_s = end_s;
@@ -345,6 +368,22 @@ fn reached(trajectory: &Trajectory, task: &Task, since_s: f64, mass_kg: f64) -> 
         }
     }
     None
+}
+
+/// Whether all of a motion is at a place (m): a straight one is where its ends are, a cubic where
+/// the box of its control points is; else its halves decide, down to what counts as one place.
+fn stays(motion: &Motion, place_m: &Point3<f64>) -> bool {
+    let ends_s = [motion.from_s, motion.until_s];
+    let is_there = |t_s: f64| (motion.at_m(t_s) - place_m.coords).norm() <= THERE_M;
+    if !ends_s.into_iter().all(is_there) {
+        return false;
+    }
+    let (low_m, high_m) = motion.box_m(motion.from_s, motion.until_s);
+    let farthest_m = (place_m.coords - low_m).sup(&(high_m - place_m.coords));
+    motion.is_straight()
+        || farthest_m.norm() <= THERE_M
+        || (high_m - low_m).norm() <= SAME_PLACE_M
+        || motion.halves().iter().all(|half| stays(half, place_m))
 }
 
 /// When a piece first comes to a place (m), from a time on (s).

@@ -48,7 +48,14 @@ pub(super) fn formation<'t>(
     let before = reader.problems.len();
     let drones = record.optional(reader, "drones", |reader, field| {
         let name = |reader: &mut Reader<'t>, value, _| reader.text(Field { value, ..field });
-        Some(reader.list(field, name))
+        let before = reader.problems.len();
+        let names = reader.list(field, name);
+        if names.is_empty() && reader.problems.len() == before {
+            let message = format!("{} has no drones", field.who);
+            let problem = Problem::at(&field.value.at(), message).label("at least one is required");
+            reader.report(problem.help("leave `drones` out for all"));
+        }
+        Some(names)
     });
     let to_m = record.optional(reader, "to_m", |reader, field| {
         let place = |reader: &mut Reader<'t>, value, _| reader.place(Field { value, ..field });

@@ -375,7 +375,7 @@ pub(super) struct Formation {
     #[schemars(skip)]
     pub(super) index: usize,
     /// Names of the group.
-    #[schemars(with = "Option<Vec<String>>", extend("default" = "all drones"))]
+    #[schemars(with = "Option<Vec<String>>", length(min = 1), extend("default" = "all drones"))]
     pub(super) drones: Option<Vec<At<String>>>,
     /// Places, one for each drone (m).
     #[schemars(with = "Option<Vec<Coordinates>>")]

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::checks::air;
 use super::checks::lateness::{self, Lateness};
 use super::scene::Scene;
+use super::time::closest::{Nearest, closest};
 use super::time::encounters::{Encounter, encounters};
 use super::{Report, checks::contents, judged};
 use crate::plan::file::{DroneClaims, PlanFile, arrivals_s};
@@ -44,7 +45,7 @@ pub struct Examination {
     pub untold: usize,
     /// Figures that the file states and that do not follow from the plan.
     pub differences: Vec<Difference>,
-    /// The two bodies that come nearest to one another.
+    /// The two bodies that come nearest to one another, at least one of them flying.
     pub closest: Option<Closest>,
     /// The drone whose air comes nearest to its limit.
     pub worst_air: Option<WorstAir>,
@@ -137,7 +138,7 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let near = scene.as_ref().map(|scene| encounters(scene, 0.0));
     let judged_by = scene.as_ref().zip(near.as_deref());
     let worst_air = worst_air(plan, &report);
-    let closest = judged_by.and_then(|(scene, near)| closest(scene, near));
+    let closest = scene.as_ref().and_then(nearest_bodies);
     let mut differences = Differences {
         list: Vec::new(),
         late: &late,
@@ -165,35 +166,18 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     }
 }
 
-/// The gap between two bodies that is the smallest of all (m).
-fn closest(scene: &Scene<'_>, near: &[Vec<Encounter>]) -> Option<Closest> {
-    let of_one = |(k, near): (usize, &Vec<Encounter>)| {
-        let one = &scene.flights[k];
-        let after = near.iter().filter(|it| it.other > k);
-        let gaps = after.flat_map(|it| {
-            let other = &scene.flights[it.other];
-            let bodies_m = one.body_radius_m + other.body_radius_m;
-            let theirs: Vec<_> = other.parts(it.span_s).collect();
-            let mine = one.parts(it.span_s);
-            let nearest = mine.flat_map(|mine| {
-                let seen = theirs
-                    .iter()
-                    .filter_map(|it| it.motion.seen_from(&mine.motion));
-                let nearest = seen.map(|relative| relative.nearest_to_origin());
-                nearest.collect::<Vec<_>>()
-            });
-            let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
-            nearest.map(|(t_s, apart_m)| (apart_m - bodies_m, t_s, k, it.other))
-        });
-        gaps.min_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let all = near.iter().enumerate().filter_map(of_one);
-    let (gap_m, at_s, k, other) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+/// The gap between two bodies that is the smallest of all.
+fn nearest_bodies(scene: &Scene<'_>) -> Option<Closest> {
+    let Nearest {
+        gap_m,
+        flights,
+        at_s,
+    } = closest(scene)?;
     Some(Closest {
-        drones: [k, other].map(|it| scene.flights[it].name.clone()),
+        drones: flights.map(|it| scene.flights[it].name.clone()),
         gap_m,
         at_s,
-        position_m: scene.flights[k].position_m(at_s),
+        position_m: scene.flights[flights[0]].position_m(at_s),
     })
 }
 

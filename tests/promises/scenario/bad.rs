@@ -329,9 +329,9 @@ fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
                 )),
             ),
             (
-                "drones that are not there",
+                "drones that are not there, and none",
                 show(&format!(
-                    "(drones: [\"k1\", \"k1\", \"k22\", \"k3\"], {three})"
+                    "(drones: [\"k1\", \"k1\", \"k22\", \"k3\"], {three}), (drones: [], {three})"
                 )),
             ),
             (

@@ -2,11 +2,14 @@
 //! a scenario asks for is looked for, what was flown is judged.
 
 use planner::plan::file::{NotAPlan, PlanFile, read, schema};
-use planner::plan::{AtEnd, AtStart, Plan, ViolationKind};
+use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid, ViolationKind};
 use planner::scenario::{Files, FlownError, missing, read_samples, samples_as_plan};
 use planner::verify::examination::examine;
 use planner::{Control, read_world};
 use serde_json::{Value, json};
+
+use super::broken;
+use super::plans::{drone, plan};
 
 /// The least that is a plan: presets by name, points, no results.
 const LEAST: &str = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [20, 10, 8]}, "drones": [
@@ -283,7 +286,20 @@ fn a_plan_is_held_against_its_scenario() {
     let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
     let plan = outcome.into_planned().unwrap().plan;
     assert_eq!(missing(&world, &plan), Vec::<String>::new());
-    let lacks: [Change<Plan>; 12] = [
+    // What it does not name may be given up.
+    let by_weaker_rules = |plan: &mut Plan| {
+        plan.drones[1].trajectory.control_m.clear();
+        plan.air_delay = None;
+    };
+    let weaker = broken(plan.clone(), by_weaker_rules);
+    assert_eq!(missing(&world, &weaker), Vec::<String>::new());
+    let named = WORLD.replace(
+        "zones:",
+        "air: (convection: (0.6, 1.0)), planning: (motion: Smooth), zones:",
+    );
+    let world = read_world(&named).unwrap();
+    assert_eq!(missing(&world, &plan), Vec::<String>::new());
+    let lacks: [Change<Plan>; 16] = [
         ("`b` is not in the plan", |plan| drop(plan.drones.pop())),
         ("`c` is not in the scenario", |plan| {
             plan.drones[1].name = "c".to_owned()
@@ -301,8 +317,24 @@ fn a_plan_is_held_against_its_scenario() {
         ("starts in another state", |plan| {
             plan.drones[0].at_start = AtStart::Landed
         }),
+        ("from 2.00 s on alone", |plan| {
+            plan.drones[1].enters_s = Some(2.0)
+        }),
+        ("may turn in no time", |plan| {
+            plan.drones[1].trajectory.control_m.clear()
+        }),
+        ("convection is down to 0.6", |plan| plan.air_delay = None),
         ("other bounds", |plan| plan.bounds_m.max.z = 9.0),
-        ("obstacle `rack`", |plan| plan.obstacles.clear()),
+        ("obstacle `rack` is not in the plan", |plan| {
+            plan.obstacles.clear()
+        }),
+        ("obstacle `rack` of the plan is not", |plan| {
+            let mut another = plan.obstacles[0].clone();
+            if let Solid::Box { max_m, .. } = &mut another.shape {
+                max_m.z += 0.5;
+            }
+            plan.obstacles.push(another);
+        }),
         ("zone `desk`", |plan| {
             plan.zones[0].air_limit_mps = Some(1.6)
         }),
@@ -319,6 +351,83 @@ fn a_plan_is_held_against_its_scenario() {
         assert!(
             found.iter().any(|it| it.contains(told)),
             "{told}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn no_two_bodies_come_nearer_than_the_closest_approach() {
+    let spread = |k: usize, step: f64| (k as f64 * step).fract();
+    let place = |k: usize| [40.0, 40.0, 12.0].map(|side_m| side_m * spread(k, 0.618 + side_m));
+    let body_m = airflow::Airframe::preset("kolibri").unwrap().tip_radius_m();
+    let mut near = 0;
+    for fleet in 0..40 {
+        let legs = (0..2 + fleet % 9).map(|k| {
+            let n = 20 * fleet + 2 * k;
+            let until_s = 12.0 + spread(n, 0.37);
+            drone(
+                &format!("d{k}"),
+                "kolibri",
+                &[(spread(n, 0.71), place(n)), (until_s, place(n + 1))],
+            )
+        });
+        let mut drones: Vec<DronePlan> = legs.collect();
+        // On the ground side by side: nearer than most, and no approach.
+        for x_m in [39.0, 39.3] {
+            let mut rests = drone(
+                &format!("at {x_m}"),
+                "kolibri",
+                &[(0.0, [x_m, 39.0, 0.096])],
+            );
+            rests.at_start = AtStart::Landed;
+            rests.airborne_s = (0.0, Some(0.0));
+            drones.push(rests);
+        }
+        let plan = plan(drones);
+        let mut least_m = f64::INFINITY;
+        for sample in plan.sample(200.0) {
+            let at_m: Vec<_> = sample.position_m.into_iter().flatten().collect();
+            for k in 0..at_m.len() - 2 {
+                for other in k + 1..at_m.len() {
+                    least_m = least_m.min((at_m[k] - at_m[other]).norm() - 2.0 * body_m);
+                }
+            }
+        }
+        let text = serde_json::to_string(&plan).unwrap();
+        let found = examine(&file(&text), false).closest.expect("they fly");
+        // Between two samples both fly on by 5 ms, at up to 5 m/s.
+        assert!(
+            (-0.05..1e-6).contains(&(found.gap_m - least_m)),
+            "{fleet}: {found:?} {least_m}"
+        );
+        near += usize::from(found.gap_m < 1.0);
+    }
+    assert!((1..39).contains(&near), "{near}");
+}
+
+#[test]
+fn a_drone_that_flies_off_and_back_keeps_no_dwell() {
+    let world = r#"(name: "w", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)),
+        drones: [(name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (5, 5, 2), dwell_s: 5)])],
+        planning: (time_margin_s: 0, tracking_m: 0))"#;
+    let world = read_world(world).unwrap();
+    let stays_within = |off_m: f64| {
+        let text = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [10, 10, 5]},
+            "air_delay": {"convection": [0.6, 1.0]}, "quasi_static": false,
+            "drones": [{"name": "k", "airframe": "kolibri", "arrives_s": 9.0,
+            "trajectory": {"t_s": [0, 4, 9], "position_m": [[1, 1, 1], [5, 5, 2], [5, 5, 2]],
+                "control_m": [[], [[5, 5, 2], [5, 5, 2]]], "turns_at_once": true}}]}"#;
+        let mut plan = file(text).plan;
+        plan.drones[0].trajectory.control_m[1][0].x += off_m;
+        missing(&world, &plan)
+    };
+    // At four ninths of the way to its control point.
+    assert_eq!(stays_within(2.2e-3), [""; 0]);
+    for off_m in [2.3e-3, 4.0] {
+        let lacks = stays_within(off_m);
+        assert!(
+            lacks[0].starts_with("`k`: its last dwell ends at 14"),
+            "{lacks:?}"
         );
     }
 }

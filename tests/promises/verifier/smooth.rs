@@ -182,6 +182,22 @@ fn what_a_cubic_meets_between_its_ends_is_found() {
     refused(ViolationKind::Obstacle, &flown(0.05), &flown(0.12));
 }
 
+#[test]
+fn a_cubic_is_out_of_bounds_where_it_is_and_not_where_its_control_points_are() {
+    let swings = |to_x_m: f64| {
+        let at_m = [0.3, 5.0, 3.0];
+        let mut flown = drone("a", "offboard-2", &[(0.0, at_m), (4.0, at_m)]);
+        flown.trajectory.control_m = vec![vec![Point3::new(to_x_m, 5.0, 3.0); 2]];
+        flown.trajectory.turns_at_once = true;
+        plan(vec![flown])
+    };
+    // Three quarters of the way to the control points.
+    let (out, within) = (swings(-0.2), swings(-0.1));
+    refused(ViolationKind::Bounds, &out, &within);
+    let told = &verify(&out).violations[0];
+    assert!((told.value - 0.075).abs() < 1e-9 && (told.position_m.x + 0.075).abs() < 1e-9);
+}
+
 /// A number in 0..1 that depends on an index alone.
 fn at(k: u64) -> f64 {
     let mixed = (k + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);

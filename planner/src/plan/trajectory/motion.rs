@@ -212,6 +212,23 @@ impl Motion {
         (low_m.inf(&b).inf(&c), high_m.sup(&b).sup(&c))
     }
 
+    /// Its ends, and when it turns back along an axis between them (s): along each, it is farthest
+    /// out at one of these.
+    pub(crate) fn turns_s(&self) -> impl Iterator<Item = f64> + use<> {
+        let (from_s, until_s) = (self.from_s, self.until_s);
+        let of_axis = |k: usize| {
+            // v + a t + j/2 t² = 0, without differences of what is nearly equal.
+            let (v, a) = (self.velocity_mps[k], self.acceleration_mps2[k]);
+            let half_jerk = self.jerk_mps3[k] / 2.0;
+            let root = (a * a - 4.0 * half_jerk * v).sqrt();
+            let q = -0.5 * (a + root.copysign(a));
+            [q / half_jerk, v / q].map(|since_s| from_s + since_s)
+        };
+        let turns = [0, 1, 2].map(of_axis).into_iter().flatten();
+        let within = turns.filter(move |t_s| from_s < *t_s && *t_s < until_s);
+        [from_s, until_s].into_iter().chain(within)
+    }
+
     /// Lowest and highest height of that box (m).
     pub fn heights_m(&self, from_s: f64, until_s: f64) -> (f64, f64) {
         let (from_s, until_s) = (from_s - self.from_s, until_s - self.from_s);

@@ -46,8 +46,11 @@ enum Shape {
         radius_m: f64,
         height_m: f64,
     },
-    /// `closed`: its triangles enclose a volume, and point out of it.
-    Mesh { mesh: Box<TriMesh>, closed: bool },
+    /// `insides`: of it, the connected parts that enclose a volume, their triangles facing outward.
+    Mesh {
+        surface: Box<TriMesh>,
+        insides: Vec<TriMesh>,
+    },
 }
 
 impl Obstacles {
@@ -177,12 +180,15 @@ impl NamedSolid {
                 let above = (base_m.z - place_m.z).max(place_m.z - base_m.z - height_m);
                 outside.hypot(above.max(0.0))
             }
-            Shape::Mesh { mesh, closed } => {
+            Shape::Mesh { surface, insides } => {
                 let point = [place_m.x, place_m.y, place_m.z].into();
-                if *closed && mesh.contains_local_point(point) {
-                    return 0.0;
+                let is_inside = |it: &TriMesh| {
+                    it.local_aabb().contains_local_point(point) && it.contains_local_point(point)
+                };
+                match insides.iter().any(is_inside) {
+                    true => 0.0,
+                    false => surface.distance_to_local_point(point, true),
                 }
-                mesh.distance_to_local_point(point, true)
             }
         }
     }
@@ -205,10 +211,11 @@ impl NamedSolid {
             Shape::Cylinder {
                 base_m, radius_m, ..
             } => ((place_m - base_m).xy().norm() <= *radius_m).then_some(top_z_m),
-            Shape::Mesh { mesh, .. } => {
+            Shape::Mesh { surface, .. } => {
                 let from = [place_m.x, place_m.y, place_m.z].into();
                 let down = Ray::new(from, [0.0, 0.0, -1.0].into());
-                mesh.cast_local_ray(&down, place_m.z - self.box_m.0.z + 1.0, true)
+                surface
+                    .cast_local_ray(&down, place_m.z - self.box_m.0.z + 1.0, true)
                     .map(|fall_m| place_m.z - fall_m)
             }
         }
@@ -306,8 +313,8 @@ fn moved(wake: &Wake, places_m: &Places, z_m: f64) -> Option<(Places, (f64, f64)
     ))
 }
 
-/// A mesh; where its triangles close a volume, also its inside counts. `None` where the numbers
-/// make none.
+/// A mesh; of its connected parts that close a volume also the inside counts. `None` where the
+/// numbers make none.
 fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
     let mut corners = triangles.iter().flatten();
     let known = corners.all(|&k| (k as usize) < vertices_m.len());
@@ -315,35 +322,75 @@ fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
         return None;
     }
     let vertices = vertices_m.iter().map(|v| [v.x, v.y, v.z].into()).collect();
-    let oriented = TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES;
-    let outward = closed_outward(vertices_m, triangles);
-    let closed = outward.is_some();
-    let mesh = match outward {
-        Some(triangles) => TriMesh::with_flags(vertices, triangles, oriented),
-        None => TriMesh::new(vertices, triangles.to_vec()),
-    };
-    let mesh = Box::new(mesh.ok()?);
-    Some(Shape::Mesh { mesh, closed })
+    let surface = Box::new(TriMesh::new(vertices, triangles.to_vec()).ok()?);
+    let parts = closed_parts(vertices_m, triangles);
+    let insides = parts.iter().map(|part| outward(part));
+    let insides = insides.collect::<Option<_>>()?;
+    Some(Shape::Mesh { surface, insides })
 }
 
-/// The triangles turned outward, if every edge is used once in each direction; `None` for a surface
-/// with a rim or without a consistent side, of which only the triangles themselves count.
-fn closed_outward(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
-    let bits = |k: u32| <[u64; 3]>::from(vertices_m[k as usize].coords.map(f64::to_bits));
-    let mut edges: Vec<_> = (triangles.iter())
-        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
-        .map(|(a, b)| (bits(a), bits(b)))
-        .collect();
+/// Corners of a triangle (m).
+type Triangle = [Vector3<f64>; 3];
+
+/// The parts of a surface, joined along edges, of which every edge is used once in each direction:
+/// of one with a rim or without a consistent side only the triangles themselves count.
+fn closed_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vec<Triangle>> {
+    // Equal places are one corner; so are both zeros.
+    let corner = |&k: &u32| vertices_m[k as usize].coords.map(|x| x + 0.0);
+    let bits = |v: &Vector3<f64>| <[u64; 3]>::from(v.map(f64::to_bits));
+    let triangles = triangles.iter().map(|it| [0, 1, 2].map(|k| corner(&it[k])));
+    let has_sides = |[a, b, c]: &Triangle| a != b && b != c && c != a;
+    let triangles: Vec<Triangle> = triangles.filter(has_sides).collect();
+    // Each edge from its lower place to its higher, whether it is walked that way, and by whom.
+    let edges = triangles.iter().enumerate().flat_map(|(by, [a, b, c])| {
+        [(a, b), (b, c), (c, a)].map(|(from, to)| {
+            let (from, to) = (bits(from), bits(to));
+            (from.min(to), from.max(to), from < to, by)
+        })
+    });
+    let mut edges: Vec<_> = edges.collect();
     edges.sort_unstable();
-    let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
-    let mut back = edges.iter().map(|&(a, b)| edges.binary_search(&(b, a)));
-    if !once || !back.all(|found| found.is_ok()) {
-        return None;
+    let mut beside: Vec<Vec<usize>> = vec![Vec::new(); triangles.len()];
+    let mut is_at_rim = vec![false; triangles.len()];
+    for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let first = edge[0].3;
+        is_at_rim[first] |= edge.len() != 2 || edge[0].2 == edge[1].2;
+        for &(.., other) in &edge[1..] {
+            beside[first].push(other);
+            beside[other].push(first);
+        }
     }
-    let corner = |k: u32| vertices_m[k as usize].coords;
-    let volumes6_m3 =
-        (triangles.iter()).map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))));
-    let inward = volumes6_m3.sum::<f64>() < 0.0;
-    let turn = |&[a, b, c]: &[u32; 3]| if inward { [a, c, b] } else { [a, b, c] };
-    Some(triangles.iter().map(turn).collect())
+    let mut is_seen = vec![false; triangles.len()];
+    let mut parts = Vec::new();
+    for first in 0..triangles.len() {
+        let (mut part, mut is_closed) = (Vec::new(), true);
+        let mut open = vec![first];
+        while let Some(k) = open.pop() {
+            if !std::mem::replace(&mut is_seen[k], true) {
+                part.push(triangles[k]);
+                is_closed &= !is_at_rim[k];
+                open.extend(&beside[k]);
+            }
+        }
+        if is_closed && !part.is_empty() {
+            parts.push(part);
+        }
+    }
+    parts
+}
+
+/// A closed part with its triangles facing outward.
+fn outward(part: &[Triangle]) -> Option<TriMesh> {
+    let origin_m = part.first()?[0];
+    let volumes6_m3 = part.iter().map(|corners| {
+        let [a, b, c] = corners.map(|it| it - origin_m);
+        a.dot(&b.cross(&c))
+    });
+    let is_inward = volumes6_m3.sum::<f64>() < 0.0;
+    let turn = |[a, b, c]: [u32; 3]| if is_inward { [a, c, b] } else { [a, b, c] };
+    let corners = part.iter().flatten();
+    let corners = corners.map(|v| [v.x, v.y, v.z].into()).collect();
+    let triangles = (0..part.len() as u32).map(|k| turn([3 * k, 3 * k + 1, 3 * k + 2]));
+    let flags = TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES;
+    TriMesh::with_flags(corners, triangles.collect(), flags).ok()
 }

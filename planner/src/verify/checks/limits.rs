@@ -40,9 +40,8 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
         report(ViolationKind::Jump, (t_s, t_s), from_m, (apart_m, 0.0));
     }
     let (min_m, max_m) = (scene.bounds_m.min.coords, scene.bounds_m.max.coords);
-    // How far a box lies outside the bounds along any axis (m).
-    let beyond_m =
-        |low_m: Vector3<f64>, high_m: Vector3<f64>| (min_m - low_m).sup(&(high_m - max_m)).max();
+    // How far a place lies outside the bounds along any axis (m).
+    let beyond_m = |at_m: Vector3<f64>| (min_m - at_m).sup(&(at_m - max_m)).max();
     for motion in flight.trajectory.pieces().iter().map(|piece| &piece.motion) {
         let span_s = (motion.from_s, motion.until_s);
         let [climb, descent] = flight.vertical_mps;
@@ -61,14 +60,14 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
                 report(kind, span_s, motion.at_m(t_s).into(), (fast_mps, most_mps));
             }
         }
-        let first_m = motion.at_m(span_s.0);
-        let (low_m, high_m) = motion.box_m(span_s.0, span_s.1);
-        let outside_m = beyond_m(low_m, high_m);
+        let turns = motion.turns_s().map(|t_s| motion.at_m(t_s));
+        let (outside_m, worst_m) = turns.map(|at_m| (beyond_m(at_m), at_m)).fold(
+            (SAME_PLACE_M, Vector3::zeros()),
+            |worst, it| {
+                if it.0 > worst.0 { it } else { worst }
+            },
+        );
         if outside_m > SAME_PLACE_M {
-            let worst_m = match beyond_m(first_m, first_m) >= outside_m {
-                true => first_m,
-                false => motion.at_m(span_s.1),
-            };
             let values = (outside_m, 0.0);
             report(ViolationKind::Bounds, span_s, worst_m.into(), values);
         }

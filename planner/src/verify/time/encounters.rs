@@ -41,20 +41,7 @@ pub(crate) fn encounters_of(
     apart_s: f64,
     is_asked: &(dyn Fn(usize) -> bool + Sync),
 ) -> Vec<Vec<Encounter>> {
-    let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
-    let slab_s = scene.last_s / slabs as f64;
-    let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
-    let mut spans_s: Vec<Span> = spans_s.filter(|(a, b)| b > a).collect();
-    if let Some(last) = spans_s.last_mut() {
-        last.1 = scene.last_s;
-    }
-    spans_s.push((scene.last_s, scene.horizon_s));
-    // A drone that leaves at once may still be there if it is late.
-    let pieces = scene
-        .flights
-        .iter()
-        .filter_map(|it| it.trajectory.pieces().first());
-    spans_s[0].0 = pieces.map(|it| it.motion.from_s).fold(0.0, f64::min);
+    let spans_s = slabs(scene);
     let reach = Reach::new(scene);
     let mut near: Vec<Vec<Encounter>> = vec![Vec::new(); scene.flights.len()];
     let mut meet = |((a, b), from_s): Open, until_s: f64| {
@@ -96,6 +83,25 @@ pub(crate) fn encounters_of(
     // In order of time as they are.
     (near.par_iter_mut()).for_each(|near| near.sort_by_key(|encounter| encounter.other));
     near
+}
+
+/// The slabs of time, from the first moment to the last.
+pub(super) fn slabs(scene: &Scene<'_>) -> Vec<Span> {
+    let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
+    let slab_s = scene.last_s / slabs as f64;
+    let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
+    let mut spans_s: Vec<Span> = spans_s.filter(|(a, b)| b > a).collect();
+    if let Some(last) = spans_s.last_mut() {
+        last.1 = scene.last_s;
+    }
+    spans_s.push((scene.last_s, scene.horizon_s));
+    // A drone that leaves at once may still be there if it is late.
+    let pieces = scene
+        .flights
+        .iter()
+        .filter_map(|it| it.trajectory.pieces().first());
+    spans_s[0].0 = pieces.map(|it| it.motion.from_s).fold(0.0, f64::min);
+    spans_s
 }
 
 /// Slabs whose pairs are held at a time: chosen here, so that thousands of drones at one place take

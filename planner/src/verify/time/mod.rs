@@ -6,6 +6,7 @@
 //! formula.
 
 pub(super) mod advected;
+pub(super) mod closest;
 pub(super) mod encounters;
 pub(super) mod spans;
 pub(super) mod subdivision;
