@@ -335,7 +335,7 @@ fn nearest_pad_m(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3
         (is_free && may_leave).then_some(rest_m)
     };
     let above_m = Point3::new(start_m.x, start_m.y, start_m.z + body_m);
-    beside_m(above_m).find_map(stands)
+    stands(above_m).or_else(|| beside_m(above_m).find_map(stands))
 }
 
 /// Places beside one at its height (m), whole centimetres, on rings of 0.1 m. Chosen here: up to

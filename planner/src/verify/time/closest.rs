@@ -78,6 +78,11 @@ fn during(scene: &Scene<'_>, span_s: Span, within_m: f64) -> Option<Nearest> {
     let mut nearest: Option<Nearest> = None;
     for one in by_x.iter().filter(|it| it.flies) {
         let reach_m = within_m + one.radius_m + radius_m;
+        // No two are nearer than at one place.
+        let is_least = |it: Nearest| it.gap_m <= -one.radius_m - radius_m;
+        if nearest.is_some_and(is_least) {
+            continue;
+        }
         let (from_m, until_m) = (
             one.places_m.0.x - reach_m - widest_m,
             one.places_m.1.x + reach_m,
@@ -92,7 +97,8 @@ fn during(scene: &Scene<'_>, span_s: Span, within_m: f64) -> Option<Nearest> {
             let most_m = nearest.map_or(within_m, |it| it.gap_m);
             // Two that fly are looked at once.
             let is_seen = other.flight == one.flight || other.flies && other.flight < one.flight;
-            if !is_seen && apart_m - one.radius_m - other.radius_m <= most_m {
+            let least_m = apart_m - one.radius_m - other.radius_m;
+            if !is_seen && (least_m < most_m || nearest.is_none() && least_m == most_m) {
                 let flights = [one.flight.min(other.flight), one.flight.max(other.flight)];
                 let found = of_pair(scene, flights, span_s, most_m);
                 nearest = nearest.into_iter().chain(found).reduce(nearer);
