@@ -303,7 +303,27 @@ fn a_sweep_plans_each_value_as_a_scenario_of_its_own_would_be() {
         assert_eq!(row["sum_of_arrivals_s"], plan.fleet.sum_of_arrivals_s);
         assert_eq!(row["status"], plan.status.as_str());
     }
+    // Of another command's folder, and which rules are given up.
+    fs::create_dir(folder.join("theirs")).unwrap();
+    fs::write(folder.join("theirs/diagnosis.json"), "{}").unwrap();
+    let slow = r#"Scenario(name: "slow", bounds_m: (min: (0, 0, 0), max: (14, 6, 8)),
+        airframes: {"barge": (mass_kg: 6, propeller_diameter_m: 0.5, motor_distance_m: 0.9, max_acceleration_mps2: 0.1)},
+        drones: [(name: "m", airframe: "barge", start_m: (1, 3, 5), tasks: [(to_m: (13, 3, 5))])])"#;
+    fs::write(folder.join("slow.ron"), slow).unwrap();
+    let line = "sweep slow.ron --set planning.air_limit=0.2,0.4";
+    let (code, told, errors) = run(folder, line);
+    assert_eq!(code, Some(0), "{errors}");
+    let note = "at each value: planned in straight motion";
+    assert!(told.contains(note), "{told}");
+    let (_, told, _) = run(folder, &format!("{line} --format json"));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let notes = told["rows"][1]["notes"].to_string();
+    assert!(notes.contains("takes 20"), "{told}");
     for (line, said) in [
+        (
+            "sweep two.ron --set planning.air_limit=1 --out theirs",
+            "theirs holds what `plan diagnose` wrote",
+        ),
         (
             "sweep two.ron --set planning.airlimit=1,2",
             "error: --set planning.airlimit=1,2: ",
