@@ -262,10 +262,8 @@ fn waits_for(
 ) -> Option<usize> {
     let own = &plan.drones[drone];
     let flown = plan.flown();
-    let limit_mps = |it: &DronePlan| {
-        let u_h_mps = it.airframe.hover_induced_velocity_mps;
-        flown.mean_mps(it.air_limit, u_h_mps).max(1e-6)
-    };
+    let limit_mps =
+        |it: &DronePlan, t_s: f64| flown.mean_mps(it.air_limit, it.hover_mps(t_s)).max(1e-6);
     let apart_m = plan.clearance_m + 2.0 * plan.margins.tracking_m;
     let first = samples.partition_point(|it| it.t_s < from_s);
     let mut nearest = (NEARLY, None);
@@ -291,12 +289,12 @@ fn waits_for(
             let mut share = bodies_m / (other_m - place_m).norm().max(1e-6);
             if above {
                 let met_mps = air.brings_mps(other, drone, (place_m, sample.t_s));
-                share = share.max(met_mps / limit_mps(own));
+                share = share.max(met_mps / limit_mps(own, sample.t_s + until_s - from_s));
             }
             if below {
                 let own = (drone, place_m);
                 let met_mps = air.would_bring_mps(own, other, (other_m, sample.t_s));
-                share = share.max(met_mps / limit_mps(there));
+                share = share.max(met_mps / limit_mps(there, sample.t_s));
             }
             if share > nearest.0 {
                 nearest = (share, Some(other));
