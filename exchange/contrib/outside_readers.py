@@ -133,6 +133,7 @@ def read_waypoints(folder, drones, earth):
         for k in range(1, loader.count()):
             item = loader.wp(k)
             assert item.frame == 3 and item.command in (16, 21, 22), f"{name}: item {k}"
+            assert item.command == 16 or item.param1 == 0.0, f"{name}: item {k} holds"
             place = earth.world_m(item.x, item.y, home.z + item.z)
             other = plan["items"][k - 1]
             assert other["command"] == item.command and abs(other["params"][0] - item.param1) < 1e-3

@@ -319,7 +319,7 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
     if !written.refused.is_empty() {
         return Err(ExportError::Refused(written.refused));
     }
-    written.lost.extend(lost(plan, &courses));
+    written.lost.extend(lost(plan, to, &courses));
     let kept = options.kept.told();
     if to != Target::Skybrush && !kept.is_empty() {
         let what = format!("{}: Skybrush's formats alone hold them", kept.join(", "));
@@ -683,6 +683,7 @@ fn write_qgc(
 ) -> Written {
     let mut written = Written::default();
     let limit = (mission::MOST_ITEMS, "items of a mission");
+    let mut wait_landed: Vec<&str> = Vec::new();
     for (course, stem) in courses.iter().zip(stems) {
         let mission = Mission::of(course, plan.bounds_m.min.z);
         written.takes(&course.name, mission.len(), limit);
@@ -690,6 +691,9 @@ fn write_qgc(
             let (count, most) = (mission.len(), mission::MOST_ITEMS);
             let what = format!("{count} items, MAVLink counts up to {most}");
             written.refuse(&course.name, what);
+        }
+        if mission.waits_landed() {
+            wait_landed.push(&course.name);
         }
         let id = format!("{}/{}", options.plan_id, course.name);
         written.files.push(vec![
@@ -709,33 +713,38 @@ fn write_qgc(
     let home = "heights count from home, which is below each drone's first place: on the floor, or \
                 where it stands";
     written.lost.push(home.to_owned());
+    let waits = "waits on the ground in the plan, takes off at once here";
+    written.lost.extend(of_some(waits, &wait_landed));
     written.untimed = Some(untimed);
     written
 }
 
-/// What no format holds.
-fn lost(plan: &Plan, courses: &[Course]) -> Vec<String> {
+/// What is true of some drones; nothing where there are none.
+fn of_some(what: &str, names: &[&str]) -> Option<String> {
+    let [first, rest @ ..] = names else {
+        return None;
+    };
+    let more = match rest.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    Some(format!("{what}: `{first}`{more}"))
+}
+
+/// What no format holds; in those that are flown drones are there from the beginning to the end.
+fn lost(plan: &Plan, to: Target, courses: &[Course]) -> Vec<String> {
     let mut lost = Vec::new();
     let mut some = |what: &str, holds: &dyn Fn(&Course) -> bool| {
-        let of: Vec<&str> = courses
-            .iter()
-            .filter(|it| holds(it))
-            .map(|it| &it.name[..])
-            .collect();
-        if let [first, rest @ ..] = &of[..] {
-            let more = match rest.len() {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            lost.push(format!("{what}: `{first}`{more}"));
-        }
+        let of = courses.iter().filter(|it| holds(it));
+        let of: Vec<&str> = of.map(|it| &it.name[..]).collect();
+        lost.extend(of_some(what, &of));
     };
     some("changes of payload are not in it", &|it| it.changes_mass);
     some("waits at its first place until it comes", &|it| {
-        it.enters_s.is_some()
+        to.is_flown() && it.enters_s.is_some()
     });
     some("leaves in the plan, stands at its last place here", &|it| {
-        it.leaves
+        to.is_flown() && it.leaves
     });
     some("no path was found, stands at its first place here", &|it| {
         plan.unplanned.iter().any(|left| left.name == it.name)

@@ -51,7 +51,6 @@ fn energy_j(drone: &DronePlan, ends_s: f64) -> f64 {
     let path = &drone.trajectory;
     let (from_s, until_s) = drone.airborne_s;
     let until_s = until_s.unwrap_or(ends_s);
-    let own_kg = drone.airframe.mass_kg.max(f64::MIN_POSITIVE);
     let mut energy_j = drone.extra_energy_j;
     // Where it ends it may hover on.
     let next_s = path.t_s.iter().skip(1).chain([&ends_s]);
@@ -59,7 +58,7 @@ fn energy_j(drone: &DronePlan, ends_s: f64) -> f64 {
     let pieces = path.t_s.iter().zip(next_s);
     let places_m = path.position_m.iter().zip(next_m);
     for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(&path.mass_kg) {
-        let hover_mps = drone.airframe.hover_induced_velocity_mps * (mass_kg / own_kg).sqrt();
+        let hover_mps = drone.hover_mps(*times_s.0);
         let weight_n = mass_kg * GRAVITY_MPS2;
         let flies_s = times_s.1.min(until_s) - times_s.0.max(from_s);
         let climbs_m = places_m.1.z - places_m.0.z;

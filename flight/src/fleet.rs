@@ -76,8 +76,8 @@ pub(crate) struct Craft {
     pub(crate) body_radius_m: f64,
     pub(crate) max_speed_mps: f64,
     pub(crate) air_limit: f64,
-    /// As the plan claims (m/s).
-    pub(crate) claimed_mps: f64,
+    /// As the plan claims: its highest air (m/s), and its mass at that moment (kg).
+    pub(crate) claimed: (f64, f64),
 }
 
 impl Craft {
@@ -231,6 +231,10 @@ impl Fleet {
                  {thrust_to_weight} times its own mass"
             ));
         }
+        let path = &drone.trajectory;
+        let at = drone.worst_air_at_s.map(|t_s| path.point_at(t_s).unwrap_or(0));
+        let claimed_kg = at.and_then(|point| path.mass_kg.get(point).copied());
+        let claimed_kg = claimed_kg.unwrap_or(airframe.mass_kg());
         Ok(Craft {
             name: drone.name.clone(),
             course,
@@ -241,7 +245,7 @@ impl Fleet {
             body_radius_m: entry.body_radius_m,
             max_speed_mps: entry.max_speed_mps,
             air_limit: drone.air_limit,
-            claimed_mps: drone.worst_air_mps,
+            claimed: (drone.worst_air_mps, claimed_kg),
         })
     }
 

@@ -814,6 +814,21 @@ mod tests {
     }
 
     #[test]
+    fn what_a_plan_claims_is_measured_by_what_the_drone_carries_then() {
+        let mut plan = plan(&[drone(("a", "kolibri"), &[(5.0, [5.0, 5.0, 2.0])], "")]);
+        let claims = &mut plan.drones[0];
+        claims
+            .trajectory
+            .mass_kg
+            .iter_mut()
+            .for_each(|it| *it *= 2.0);
+        (claims.worst_air_mps, claims.worst_air_at_s) = (2.0, Some(1.0));
+        let expected = 2.0 / (claims.airframe.hover_induced_velocity_mps * 2.0_f64.sqrt());
+        let told = flown(&plan, &calm_at(1.0)).flights[0].drones[0].claimed_alpha;
+        assert!((told.expect("claimed") - expected).abs() < 1e-9, "{told:?}");
+    }
+
+    #[test]
     fn late_air_arrives_when_its_time_has_come() {
         // One comes in at 3 s, 4 m above the other.
         let low = drone(("low", "kolibri"), &[(9.0, [5.0, 5.0, 2.0])], "");

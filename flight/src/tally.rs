@@ -137,6 +137,7 @@ impl Tally {
     pub(crate) fn drone(&self, craft: &Craft, fleet: &Fleet) -> DroneFlight {
         let name = |k: usize| fleet.crafts[k].name.clone();
         let vehicle = &craft.dynamics.vehicle;
+        let (claimed_mps, claimed_kg) = craft.claimed;
         let drawn_wh = self.energy_j / vehicle.drive_efficiency / 3600.0;
         DroneFlight {
             name: craft.name.clone(),
@@ -145,11 +146,7 @@ impl Tally {
             worst_at_s: self.worst.map(|(at_s, _)| at_s),
             worst_from: self.worst.and_then(|(_, from)| from).map(name),
             worst_mean_alpha: self.worst_mean_alpha,
-            claimed_alpha: Some(
-                fleet
-                    .flown
-                    .alpha(craft.claimed_mps, craft.hover_mps(craft.mass_kg)),
-            ),
+            claimed_alpha: Some(fleet.flown.alpha(claimed_mps, craft.hover_mps(claimed_kg))),
             air_limit: craft.air_limit,
             over_limit_s: self.over_limit_s,
             dose_m: self.dose_m,

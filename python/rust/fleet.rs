@@ -66,17 +66,35 @@ impl World {
     }
 }
 
-/// A plan, as `plan.json` has it.
+/// A plan, as `plan.json` has it, and what to know of it.
 #[pyclass(frozen)]
-pub(crate) struct Plan(pub(crate) Arc<planner::Plan>);
+pub(crate) struct Plan(pub(crate) Arc<planner::Plan>, Vec<String>);
+
+impl Plan {
+    pub(crate) fn of(plan: planner::Plan, notes: Vec<String>) -> Plan {
+        Plan(Arc::new(plan), notes)
+    }
+}
 
 #[pymethods]
 impl Plan {
-    /// Reads the text of a plan.json.
+    /// Reads the text of a plan.json, with the results that follow from it.
     #[staticmethod]
     fn read(py: Python<'_>, text: &str) -> PyResult<Plan> {
         let file = file::read(text).map_err(|error| sentence(py, "PlanError", error))?;
-        Ok(Plan(Arc::new(file.plan)))
+        wait(py, &Stop::default(), move || {
+            let mut plan = examine(&file, false).plan;
+            // How late each may be takes longer to find: it stays as stated.
+            for (drone, stated) in plan.drones.iter_mut().zip(&file.plan.drones) {
+                drone.may_be_late_s = stated.may_be_late_s;
+            }
+            Plan::of(plan, file.remarks)
+        })
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.1.clone()
     }
 
     fn json(&self) -> PyResult<String> {
@@ -150,7 +168,8 @@ pub(crate) fn plan(
     })?;
     match outcome.map_err(fault)? {
         Outcome::Safe(found) | Outcome::Partial(found) | Outcome::Unsafe(found) => {
-            Ok(Plan(Arc::new(found.plan)))
+            let notes = [&world.notes[..], &found.notes].concat();
+            Ok(Plan::of(found.plan, notes))
         }
         Outcome::Infeasible { conflicts } => Err(blocked(py, &conflicts, &world)),
     }

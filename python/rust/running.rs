@@ -37,7 +37,7 @@ impl Running {
     fn plan(&self, py: Python<'_>) -> PyResult<Plan> {
         let kept = self.0.lock().map_err(fault)?;
         let running = kept.as_ref().ok_or_else(|| gone(py))?;
-        Ok(Plan(Arc::new(running.plan().clone())))
+        Ok(Plan::of(running.plan().clone(), Vec::new()))
     }
 
     /// Plans on from a moment (s); what became of the changes, as JSON.

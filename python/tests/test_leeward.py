@@ -138,6 +138,59 @@ def test_a_path_a_text_and_a_dict_are_the_same_scenario(tmp_path):
     assert loaded.data["drones"] == first.data["drones"]
 
 
+def test_a_dict_may_say_all_that_a_text_says(tmp_path, monkeypatch):
+    light = {"mass_kg": 0.31, "propeller_diameter_m": 0.13, "motor_distance_m": 0.25}
+    task = {"to_m": [10, 4, 3], "dwell_s": np.int64(2), "during_s": [np.float32(8), np.int64(12)]}
+    drone = {"name": "a", "airframe": "my light", "start_m": np.array([2, 4, 3]), "tasks": [task]}
+    scenario = {
+        "name": "own",
+        "bounds_m": {"min": (0, 0, 0), "max": (np.int64(12), 8, 6)},
+        "air": {"convection": None},
+        "airframes": {"my light": light},
+        "drones": [drone],
+    }
+    found = leeward.plan(scenario)
+    assert found.is_safe and found["a"]["airframe"]["mass_kg"] == 0.31
+    assert found.data.get("air_delay") is None and found["a"]["arrives_s"] >= 12.0
+    assert leeward.plan({**scenario, "air": {}}).data["air_delay"] is not None
+    # A file whose name looks like a scenario.
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two (1).ron").write_text(TWO)
+    assert leeward.plan("two (1).ron").names == ["lifter", "scout"]
+
+
+def test_notes_say_which_rules_were_given_up():
+    assert leeward.plan(TWO).notes == []
+    barge = {
+        "mass_kg": 6.0,
+        "propeller_diameter_m": 0.5,
+        "motor_distance_m": 0.9,
+        "max_acceleration_mps2": 0.1,
+    }
+    drone = {**AS_DICT["drones"][0], "airframe": "barge"}
+    given_up = leeward.plan({**AS_DICT, "airframes": {"barge": barge}, "drones": [drone]})
+    assert any("straight motion" in note for note in given_up.notes), given_up.notes
+
+
+def test_a_loaded_plan_is_what_its_trajectories_say(tmp_path):
+    path = tmp_path / "plan.json"
+    bodies = [[[1, 4, 3], [9, 4, 3]], [[9, 4, 3], [1, 4, 3]]]
+    drones = [
+        {"name": name, "airframe": "kolibri", "trajectory": {"t_s": [0, 6], "position_m": there}}
+        for name, there in zip("ab", bodies)
+    ]
+    bounds = {"min": [0, 0, 0], "max": [10, 8, 6]}
+    plan = {"format": "plan/2", "scenario": "head-on", "bounds_m": bounds, "drones": drones}
+    path.write_text(json.dumps(plan))
+    loaded = leeward.Plan.load(path)
+    assert not loaded.is_safe and loaded.makespan_s == 6.0
+    assert {it.kind for it in loaded.violations} == {it.kind for it in leeward.check(path).violations}
+    path.write_text(json.dumps({**plan, "fleet": {"makespan_s": 1.0}}))
+    differences = leeward.check(leeward.Plan.load(path)).differences
+    assert [it["figure"] for it in differences] == ["fleet.makespan_s"]
+    assert differences == leeward.check(path).differences
+
+
 def test_positions_are_the_trajectories(warehouse):
     assert warehouse.is_safe and len(warehouse) == 12
     for drone in warehouse:

@@ -36,6 +36,11 @@ pub(super) struct Printed<'a, T> {
 }
 
 impl Wanted {
+    /// The folder of a run of this name, whose main file this is.
+    pub(crate) fn folder(&self, name: &str, main: &str) -> Result<OutFolder, Failure> {
+        OutFolder::of(self.out.as_deref(), name, main)
+    }
+
     /// Writes a report and the answer as JSON, in lines down to so many `levels`, to the folder of
     /// a run of this name; prints it as asked.
     pub(crate) fn deliver<T: Serialize>(
@@ -44,8 +49,18 @@ impl Wanted {
         json: (&str, usize, &'static str),
         answer: &T,
     ) -> Result<(), Failure> {
-        let folder = OutFolder::of(self.out.as_deref(), name, json.0)?;
-        let (files, text) = write(&folder, json, answer, [Vec::new(), page::files(report)])?;
+        self.deliver_to(&self.folder(name, json.0)?, report, json, answer)
+    }
+
+    /// The same to a folder that was made before.
+    pub(crate) fn deliver_to<T: Serialize>(
+        &self,
+        folder: &OutFolder,
+        report: &Report,
+        json: (&str, usize, &'static str),
+        answer: &T,
+    ) -> Result<(), Failure> {
+        let (files, text) = write(folder, json, answer, [Vec::new(), page::files(report)])?;
         print(&match self.format {
             Format::Text => report.text() + &wrote(&files),
             Format::Json => text,

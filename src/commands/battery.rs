@@ -1,12 +1,9 @@
 //! Batteries beside a plan: what each drone takes of its own, warned of, and limited if asked for.
 
-use std::path::Path;
-
+use flight::Setup;
 use flight::battery::{Charge, of_plan};
 use planner::Plan;
 
-use crate::commands::fly;
-use crate::io::failure::Failure;
 use crate::report::words::{each_once, joined};
 
 /// From this share of a full battery on a drone is warned of, where no limit is given (%): chosen
@@ -26,18 +23,13 @@ pub(crate) struct Batteries {
 }
 
 impl Batteries {
-    /// Of a plan, with a limit (%) and the vehicles of a file, where they are asked for.
-    pub(crate) fn of(
-        plan: &Plan,
-        limit_percent: Option<f64>,
-        vehicles: Option<&Path>,
-    ) -> Result<Batteries, Failure> {
-        let setup = fly::setup(vehicles)?;
-        Ok(Batteries {
-            charges: of_plan(plan, &setup),
+    /// Of a plan, with a limit (%) and vehicles, where they are asked for.
+    pub(crate) fn of(plan: &Plan, limit_percent: Option<f64>, setup: Option<&Setup>) -> Batteries {
+        Batteries {
+            charges: of_plan(plan, setup.unwrap_or(&Setup::default())),
             limit_percent,
-            is_asked: limit_percent.is_some() || vehicles.is_some(),
-        })
+            is_asked: limit_percent.is_some() || setup.is_some(),
+        }
     }
 
     /// Drones above a share of their battery (%), the emptiest first.

@@ -12,7 +12,7 @@ use serde_json::json;
 use viewer::View;
 
 use crate::commands::battery::{Batteries, percent};
-use crate::commands::plan;
+use crate::commands::{fly, plan};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
@@ -49,16 +49,13 @@ const MAIN: &str = "checked.json";
 /// so is a figure that does not follow from the plan.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let file = arguments.source.read()?.file;
+    let vehicles = fly::setup(arguments.vehicles.as_deref())?;
+    let asked = arguments.scenario.as_deref();
+    let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
     let out = arguments.out.clone();
     let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
     let found = examine(&file, true);
-    let batteries = Batteries::of(
-        &found.plan,
-        arguments.battery,
-        arguments.vehicles.as_deref(),
-    )?;
-    let asked = arguments.scenario.as_deref();
-    let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
+    let batteries = Batteries::of(&found.plan, arguments.battery, vehicles.as_ref());
     let missing = asked.map(|world| missing(&world, &found.plan));
     let violations = &found.plan.violations;
     let files = match &out {

@@ -1,13 +1,14 @@
 //! `plan explain PLAN --drone NAME --at TIME`: what a drone does then; why it waits, and what would
 //! break if it did not.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use nalgebra::Point3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use planner::Plan;
-use planner::plan::{Violation, ViolationKind};
+use planner::plan::{AtEnd, DronePlan, Violation, ViolationKind};
+use planner::{Plan, World};
 use serde::Serialize;
 use viewer::Stop;
 
@@ -57,9 +58,10 @@ struct Explained {
     format: &'static str,
     drone: String,
     at_s: f64,
-    position_m: Point3<f64>,
+    /// `null`: it is not there.
+    position_m: Option<Point3<f64>>,
     speed_mps: f64,
-    /// `wait`, `dwell`, `stop` where that is not known, `flies` or `stands`.
+    /// `wait`, `dwell`, `stop` where that is not known, `flies`, `stands` or `not there`.
     does: &'static str,
     /// Of a drone that is not planned, why.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,7 +69,8 @@ struct Explained {
     /// Of a stop (s): where it is still, or so slow that it stops.
     #[serde(skip_serializing_if = "Option::is_none")]
     span_s: Option<(f64, f64)>,
-    /// Of a wait, how much later the drone is for it (s): its part of the drone's `waits_s`.
+    /// Of a wait, how much later the drone is for it (s): its part of the drone's `waits_s`, and by
+    /// how much earlier it is in `otherwise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs_s: Option<f64>,
     /// What the drone waits in all, as in plan.json (s).
@@ -83,7 +86,9 @@ struct Explained {
     otherwise: Vec<Violation>,
     /// All its stops: from, until (s), what, and what a wait costs (s).
     stops: Vec<(f64, f64, &'static str, Option<f64>)>,
-    page: String,
+    /// The page at that moment, where one lies beside the plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    page: Option<String>,
 }
 
 fn time(text: &str) -> Result<f64, String> {
@@ -97,7 +102,7 @@ fn time(text: &str) -> Result<f64, String> {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plan = arguments.source.read()?.file.plan;
     let world = arguments.scenario.as_deref();
-    let world = world.map(|path| read_world(path, None)).transpose()?;
+    let world = world.map(|path| world_of(&plan, path)).transpose()?;
     let at_s = arguments.at;
     let known = plan.drones.iter().position(|it| it.name == arguments.drone);
     let (Some(k), name) = (known, &arguments.drone) else {
@@ -115,10 +120,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::NotAPlan { path, reason });
     };
     let stops = viewer::stops(&plan, world.as_ref(), k);
+    let is_there = is_there(drone, at_s);
     let mut at_once = stops.iter();
-    let stop = at_once.find(|it| it.from_s <= at_s && at_s < it.until_s);
+    let stop = at_once.find(|it| is_there && it.from_s <= at_s && at_s < it.until_s);
     let speed_mps = state.velocity_mps.norm();
     let does = match stop {
+        _ if !is_there => "not there",
         Some(stop) => stop.what,
         None if speed_mps > 0.0 => "flies",
         None => "stands",
@@ -133,12 +140,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let waits_for = otherwise.first().and_then(other);
     let folder = arguments.source.path().parent().unwrap_or(Path::new(""));
-    let page = folder.join("plan.html").display().to_string();
+    let page = folder.join("plan.html");
     let explained = Explained {
         format: "explanation/1",
         drone: name.clone(),
         at_s,
-        position_m: state.position_m,
+        position_m: is_there.then_some(state.position_m),
         speed_mps,
         does,
         unplanned: plan
@@ -159,10 +166,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             .iter()
             .map(|it| (it.from_s, it.until_s, it.what, it.costs_s))
             .collect(),
-        page: format!(
-            "{page}#t={at_s}&drone={}",
-            utf8_percent_encode(name, NOT_PLAIN)
-        ),
+        page: page.exists().then(|| {
+            let name = utf8_percent_encode(name, NOT_PLAIN);
+            format!("{}#t={at_s}&drone={name}", page.display())
+        }),
     };
     print(&match arguments.format {
         Format::Json => files::json(&explained),
@@ -171,10 +178,45 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
+/// A plan's scenario; one of other drones is refused.
+fn world_of(plan: &Plan, path: &Path) -> Result<World, Failure> {
+    let world = read_world(path, None)?;
+    let of_plan: BTreeSet<&str> = plan.drones.iter().map(|it| &it.name[..]).collect();
+    let of_world: BTreeSet<&str> = world.drones.iter().map(|it| &it.name[..]).collect();
+    let only = |one: &BTreeSet<&str>, other: &BTreeSet<&str>, of: &str| {
+        let names: Vec<String> = one.difference(other).map(|it| format!("`{it}`")).collect();
+        let shown = names.iter().take(MOST_TOLD).cloned().collect::<Vec<_>>();
+        let more = match names.len().saturating_sub(MOST_TOLD) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let told = format!("only the {of} has {}{more}", shown.join(", "));
+        (!names.is_empty()).then_some(told)
+    };
+    let differ = [
+        only(&of_world, &of_plan, "scenario"),
+        only(&of_plan, &of_world, "plan"),
+    ];
+    let differ: Vec<String> = differ.into_iter().flatten().collect();
+    if differ.is_empty() {
+        return Ok(world);
+    }
+    let (path, differ) = (path.display(), differ.join(", "));
+    let what = format!("--scenario {path}: not of this plan's drones: {differ}");
+    Err(Failure::Inapplicable(vec![what]))
+}
+
+/// Whether a drone has come, and has not left.
+fn is_there(drone: &DronePlan, at_s: f64) -> bool {
+    let last_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
+    let has_left = drone.at_end == AtEnd::Leave && at_s > last_s;
+    !has_left && drone.enters_s.is_none_or(|enters_s| enters_s <= at_s)
+}
+
 /// How much earlier all that follows is, had a drone gone on at once (s): what the wait costs it,
-/// at most what it takes.
+/// or, where a stop may be a dwell, what it takes.
 fn saved_s((from_s, until_s): (f64, f64), costs_s: Option<f64>) -> f64 {
-    costs_s.map_or(until_s - from_s, |it| it.min(until_s - from_s))
+    costs_s.unwrap_or(until_s - from_s)
 }
 
 /// What breaks with others if a drone goes on at once and does all that follows so much earlier,
@@ -182,6 +224,10 @@ fn saved_s((from_s, until_s): (f64, f64), costs_s: Option<f64>) -> f64 {
 fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     let (from_s, until_s) = (stop.from_s, stop.until_s);
     let saved_s = saved_s((from_s, until_s), stop.costs_s);
+    // What a smooth stop costs beyond its rest it costs before and after that, where the drone is
+    // half as fast as it would be.
+    let beside_s = (saved_s - (until_s - from_s)).max(0.0);
+    let (from_s, until_s) = ((from_s - beside_s).max(0.0), until_s + beside_s);
     let left = 1.0 - saved_s / (until_s - from_s);
     let earlier = |t_s: f64| match t_s {
         _ if t_s <= from_s => t_s,
@@ -214,26 +260,40 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     then.filter(|it| concerns(it) && is_new(it)).collect()
 }
 
-/// Where a drone is that neither waits nor dwells: at its start, or at its end.
-fn stands(explained: &Explained, plan: &Plan) -> &'static str {
-    if explained.unplanned.is_some() {
-        return "stands at its start: it is not planned";
-    }
+/// Where a drone is that neither waits nor dwells: at its start, or at its end, or nowhere.
+fn stands(explained: &Explained, plan: &Plan) -> String {
     let drone = plan.drones.iter().find(|it| it.name == explained.drone);
+    if explained.position_m.is_none() {
+        let enters_s = drone.and_then(|it| it.enters_s);
+        let last_s = drone.and_then(|it| it.trajectory.t_s.last());
+        return match (enters_s.filter(|it| *it > explained.at_s), last_s) {
+            (Some(enters_s), _) => format!("is not there: it comes at {enters_s:.2} s"),
+            (None, last_s) => {
+                let last_s = last_s.copied().unwrap_or(0.0);
+                format!("is not there: it has left at {last_s:.2} s")
+            }
+        };
+    }
+    if explained.unplanned.is_some() {
+        return "stands at its start: it is not planned".to_owned();
+    }
     let path = drone.map(|it| it.trajectory.t_s.iter().zip(&it.trajectory.position_m));
-    let moves_on =
-        |(t_s, at_m): (&f64, &Point3<f64>)| *t_s > explained.at_s && *at_m != explained.position_m;
+    let moves_on = |(t_s, at_m): (&f64, &Point3<f64>)| {
+        *t_s > explained.at_s && Some(*at_m) != explained.position_m
+    };
     let is_done = drone.is_none_or(|it| it.arrives_s <= explained.at_s);
     match path.is_some_and(|mut path| path.any(moves_on)) {
         true => "stands: it has not begun",
         false if is_done => "stands: it is done",
         false => "stands at its last task",
     }
+    .to_owned()
 }
 
 fn report(explained: &Explained, plan: &Plan) -> Report {
     let name = &explained.drone;
-    let at = place(&explained.position_m);
+    let at = explained.position_m.as_ref().map(place);
+    let at = at.map_or(String::new(), |at| format!(", at {at}"));
     let what = match (explained.does, explained.span_s) {
         ("flies", _) => format!("flies at {:.2} m/s", explained.speed_mps),
         (does, Some((from_s, until_s))) => {
@@ -247,11 +307,11 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 until_s - from_s
             )
         }
-        _ => stands(explained, plan).to_owned(),
+        _ => stands(explained, plan),
     };
     let mut report = Report::new(
         format!("{}: `{name}` at {:.2} s", plan.scenario, explained.at_s),
-        format!("It {what}, at {at}."),
+        format!("It {what}{at}."),
     );
     if let Some(reason) = explained.unplanned.as_ref().filter(|it| !it.is_empty()) {
         report.section("Why", vec![Part::line(reason.clone())]);
@@ -329,6 +389,8 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
         );
         report.section("", vec![Part::line(line)]);
     }
-    report.section("", vec![Part::line(format!("Look: {}", explained.page))]);
+    let page = explained.page.iter();
+    let look = page.map(|page| Part::line(format!("Look: {page}")));
+    report.section("", look.collect());
     report
 }

@@ -129,7 +129,7 @@ const MAIN: &str = "flight.json";
 /// is no plan that can be flown.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     use_threads(arguments.jobs)?;
-    let setup = setup(arguments.vehicles.as_deref())?;
+    let setup = setup(arguments.vehicles.as_deref())?.unwrap_or_default();
     let Some(path) = &arguments.plan else {
         return paper(arguments, &setup);
     };
@@ -203,16 +203,16 @@ fn paper(arguments: &Arguments, setup: &Setup) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
-/// Vehicles and gains from a file; the defaults without one.
-pub(super) fn setup(path: Option<&Path>) -> Result<Setup, Failure> {
-    let Some(path) = path else {
-        return Ok(Setup::default());
+/// Vehicles and gains from a file, if there is one.
+pub(super) fn setup(path: Option<&Path>) -> Result<Option<Setup>, Failure> {
+    let read = |path: &Path| {
+        let text = files::text(path, files::MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
+        Setup::read(&text).map_err(|error| Failure::NotASetup {
+            path: path.to_owned(),
+            error,
+        })
     };
-    let text = files::text(path, files::MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
-    Setup::read(&text).map_err(|error| Failure::NotASetup {
-        path: path.to_owned(),
-        error,
-    })
+    path.map(read).transpose()
 }
 
 fn options(arguments: &Arguments, file: &PlanFile) -> Options {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use flight::Setup;
 use flight::battery::Charge;
 use planner::plan::IgnoringDownwash;
 use planner::plan::outcome::Effort;
@@ -15,6 +16,7 @@ use serde::Serialize;
 use viewer::{Bottlenecks, View};
 
 use crate::commands::battery::{Batteries, percent};
+use crate::commands::fly;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell, tell_error};
 use crate::io::files;
@@ -113,6 +115,7 @@ struct Printed<'a> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut world = read_world(&arguments.scenario, arguments.finding.as_deref())?;
+    let vehicles = fly::setup(arguments.vehicles.as_deref())?;
     tell_notes(&world.notes);
     if let Some(seed) = arguments.seed {
         world.planning.seed = seed;
@@ -140,7 +143,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             let durations = watch.finish();
             tell_notes(&planned.notes);
             tell_lateness(&mut planned.plan);
-            return deliver(arguments, &out, &world, &planned, &durations);
+            let planned = (&*planned, vehicles.as_ref());
+            return deliver(arguments, &out, &world, planned, &durations);
         }
         Outcome::Infeasible { conflicts } => conflicts,
     };
@@ -206,11 +210,11 @@ fn deliver(
     arguments: &Arguments,
     out: &OutFolder,
     world: &World,
-    planned: &Planned,
+    (planned, vehicles): (&Planned, Option<&Setup>),
     durations: &Durations,
 ) -> Result<Answer, Failure> {
     let Planned { plan, effort, .. } = planned;
-    let batteries = Batteries::of(plan, arguments.battery, arguments.vehicles.as_deref())?;
+    let batteries = Batteries::of(plan, arguments.battery, vehicles);
     let mut printed = Printed {
         status: plan.status.as_str(),
         plan: Some(plan),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use planner::scenario::{Problem, with_setting};
-use planner::{Control, Outcome};
+use planner::{Control, Outcome, World};
 use serde::Serialize;
 
 use crate::commands::answers::Wanted;
@@ -14,7 +14,7 @@ use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots::curves;
 use crate::report::sections::{Part, Report};
-use crate::report::words::shortest;
+use crate::report::words::{joined, shortest};
 
 /// Values of one sweep: chosen here, each is a whole plan.
 const MOST_VALUES: usize = 100;
@@ -65,7 +65,12 @@ struct Row {
     /// Integral of the air over time, all drones (m).
     dose_m: Option<f64>,
     extra_energy_j: Option<f64>,
+    /// What a reader of its plan should know: how cells were chosen, which rules were given up.
+    notes: Vec<String>,
 }
+
+/// The file by which one knows a folder of this command.
+const MAIN: &str = "sweep.json";
 
 /// Sections of a scenario that hold several of a kind.
 const LISTS: [&str; 5] = ["drones", "obstacles", "zones", "airframes", "formations"];
@@ -154,11 +159,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         });
         return Err(Failure::Inapplicable(told.collect()));
     }
+    let name = arguments.scenario.file_stem().unwrap_or_default();
+    let name = format!("{}-{key}", name.to_string_lossy());
+    let out = arguments.wanted.folder(&name, MAIN)?;
     let mut rows = Vec::with_capacity(values.len());
     for (value, world) in worlds {
-        let outcome = planner::plan_world(&world, &Control::QUIET)
-            .map_err(|faults| Failure::Drawn(faults.to_string()))?;
-        rows.push(row(value, world.drones.len(), &outcome));
+        match planner::plan_world(&world, &Control::QUIET) {
+            Ok(outcome) => rows.push(row(value, &world, &outcome)),
+            Err(faults) => {
+                out.abandon();
+                return Err(Failure::Drawn(faults.to_string()));
+            }
+        }
     }
     let swept = Swept {
         scenario: plain.name.clone(),
@@ -166,10 +178,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         rows,
     };
     let report = report(&swept);
-    let name = arguments.scenario.file_stem().unwrap_or_default();
-    let name = format!("{}-{key}", name.to_string_lossy());
-    let json = ("sweep.json", 2, "sweep/1");
-    arguments.wanted.deliver((&name, &report), json, &swept)?;
+    let json = (MAIN, 2, "sweep/1");
+    (arguments.wanted).deliver_to(&out, &report, json, &swept)?;
     Ok(Answer::from(
         swept.rows.iter().all(|it| it.status == "safe"),
     ))
@@ -189,8 +199,10 @@ fn in_words(found: &Problem) -> String {
     format!("{message}{more}")
 }
 
-fn row(value: f64, drones: usize, outcome: &Outcome) -> Row {
+fn row(value: f64, world: &World, outcome: &Outcome) -> Row {
+    let drones = world.drones.len();
     let plan = outcome.planned().map(|it| &it.plan);
+    let of_plan = outcome.planned().map_or(&[][..], |it| &it.notes[..]);
     let of = |figure: &dyn Fn(&planner::Plan) -> f64| plan.map(figure);
     Row {
         value,
@@ -207,7 +219,28 @@ fn row(value: f64, drones: usize, outcome: &Outcome) -> Row {
         }),
         dose_m: of(&|it| it.drones.iter().map(|it| it.dose_m).sum()),
         extra_energy_j: of(&|it| it.fleet.extra_energy_j),
+        notes: [&world.notes[..], of_plan].concat(),
     }
+}
+
+/// Each note once, with the values whose plans it is of.
+fn notes(swept: &Swept) -> Vec<String> {
+    let rows = swept.rows.iter();
+    let mut noted: Vec<(&str, Vec<f64>)> = Vec::new();
+    for (note, value) in rows.flat_map(|row| row.notes.iter().map(move |it| (&it[..], row.value))) {
+        match noted.iter_mut().find(|it| it.0 == note) {
+            Some((_, values)) => values.push(value),
+            None => noted.push((note, vec![value])),
+        }
+    }
+    let told = noted.into_iter().map(|(note, values)| {
+        if values.len() == swept.rows.len() {
+            return format!("at each value: {note}");
+        }
+        let values = joined(values.iter().map(|it| shortest(*it, 6)), ", ");
+        format!("at {values}: {note}")
+    });
+    told.collect()
 }
 
 fn report(swept: &Swept) -> Report {
@@ -237,6 +270,7 @@ fn report(swept: &Swept) -> Report {
         "What it costs",
         vec![Part::table("rlrrrrrr", &headings, rows)],
     );
+    report.section("Notes", Part::list(notes(swept)));
     let points = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
         let mut points: Vec<(f64, f64)> = swept
             .rows

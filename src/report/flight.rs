@@ -273,6 +273,15 @@ fn verdict(flown: &FlightReport) -> Vec<String> {
         lines.push("No drone is over its limit, none touches another or an obstacle.".to_owned());
     }
     lines.extend(feed_forward(flown));
+    let empty = worst(&|flight, k| {
+        flight.drones[k]
+            .battery_percent
+            .is_some_and(|it| it > 100.0)
+    });
+    if !empty.is_empty() {
+        let empty = named(&empty);
+        lines.push(format!("Warning: more than a full battery holds: {empty}."));
+    }
     let vehicles = flown
         .vehicles
         .iter()

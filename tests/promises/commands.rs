@@ -376,6 +376,15 @@ fn a_folder_that_cannot_be_made_is_named_before_any_planning() {
 }
 
 #[test]
+fn vehicles_that_cannot_be_read_are_told_before_any_planning() {
+    let desk = Desk::with(&[("pair.ron", PAIR)]);
+    let output = desk.plan(&["pair.ron", "--vehicles", "nowhere.ron"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("nowhere.ron"));
+    assert!(!desk.path("out").exists());
+}
+
+#[test]
 fn where_the_plan_cannot_be_written_nothing_is_and_where_its_picture_cannot_the_plan_is() {
     for (taken, left) in [
         ("timing.json", &["timing.json"][..]),

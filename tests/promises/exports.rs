@@ -322,6 +322,27 @@ fn a_czml_lies_where_its_georeference_says_and_an_mcap_names_its_schema() {
     }
 }
 
+#[test]
+fn what_is_looked_at_shows_drones_that_come_and_leave_and_what_is_flown_says_that_it_does_not() {
+    let mut plan = plan();
+    plan["drones"][0]["enters_s"] = 1.5.into();
+    plan["drones"][1]["at_end"] = "leave".into();
+    let desk = desk(&plan);
+    let czml = "czml --georeference 47.4,8.55,488,90";
+    for (to, is_told) in [("mcap", false), (czml, false), ("setpoints", true)] {
+        let line = format!("export plan.json --to {to}");
+        let to = to.split(' ').next().unwrap();
+        let line = format!("{line} --out {to}");
+        let (code, _, errors) = run(desk.path(), &line);
+        let file = desk.path().join(to).join("export.json");
+        let manifest = fs::read_to_string(file).expect(&errors);
+        assert_eq!(code, Some(0), "{errors}");
+        for what in ["waits at its first place", "stands at its last place"] {
+            assert_eq!(manifest.contains(what), is_told, "{to}: {manifest}");
+        }
+    }
+}
+
 /// To and fro along x, so many times a second each.
 fn zigzag(pieces: usize, from_m: f64) -> Value {
     let at = |k: usize| [from_m + (k % 2) as f64 * 0.5, 3.0, 2.0];
@@ -497,18 +518,25 @@ fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_wha
     let passes =
         json!({"t_s": [0, 4, 8, 30], "position_m": [[4, 9, 2], [4, 9, 2], [12, 9, 2], [12, 9, 2]]});
     let comes = json!({"t_s": [0, 5, 9, 30], "position_m": [[8, 1, 3.2], [8, 1, 3.2], [8, 9, 3.2], [8, 9, 3.2]]});
-    let desk = desk(&fleet(&[
+    // On the ground until 3 s, 2 s at 1.5 m, and down again.
+    let hops = json!({"t_s": [0, 3, 6, 8, 12, 14], "position_m": [
+        [20, 9, 0], [20, 9, 0], [20, 9, 1.5], [20, 9, 1.5], [20, 9, 0], [20, 9, 0],
+    ]});
+    let mut plan = fleet(&[
         ("passes", passes),
         ("comes", comes),
         ("far", stays(30.0, 2.0)),
-    ]));
+        ("hops", hops),
+    ]);
+    (plan["drones"][3]["at_start"], plan["drones"][3]["at_end"]) = ("landed".into(), "land".into());
+    let desk = desk(&plan);
     let folder = desk.path();
     let line = "export plan.json --to qgc --georeference 47.4,8.55,488,90 --out o";
     let (code, _, errors) = run(folder, line);
     assert_eq!(code, Some(1));
     assert!(errors.contains("--untimed-ok") && !folder.join("o").exists());
     assert!(
-        errors.contains("5 s late, all others on time: of 3"),
+        errors.contains("5 s late, all others on time: of 4"),
         "{errors}"
     );
     assert!(errors.contains("when `passes` is late"), "{errors}");
@@ -531,11 +559,16 @@ fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_wha
     let mission: Value = serde_json::from_str(&mission).unwrap();
     let items = mission["mission"]["items"].as_array().unwrap();
     let commands: Vec<&Value> = items.iter().map(|it| &it["command"]).collect();
-    assert_eq!(commands, [22, 16]);
-    assert_eq!(items[0]["params"][0], 5.0, "it holds before it goes");
+    assert_eq!(commands, [22, 16, 16]);
+    let first = [&items[0]["params"][0], &items[1]["params"][0]];
+    assert_eq!(
+        first,
+        [0.0, 5.0],
+        "a take-off holds nothing: its is a pitch"
+    );
     let home = &mission["mission"]["plannedHomePosition"];
     assert_eq!(home[2], 488.0);
-    for (k, x, y) in [(0, 8.0, 1.0), (1, 8.0, 9.0)] {
+    for (k, x, y) in [(0, 8.0, 1.0), (1, 8.0, 1.0), (2, 8.0, 9.0)] {
         let at = |index: usize| items[k]["params"][index].as_f64().unwrap();
         assert!(((at(4) - 47.4) * 111_178.0 - y).abs() < 0.01, "{items:?}");
         assert!(((at(5) - 8.55) * 75_489.0 - x).abs() < 0.01, "{items:?}");
@@ -543,6 +576,16 @@ fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_wha
     }
     let text = fs::read_to_string(folder.join("o/comes.waypoints")).unwrap();
     let lines: Vec<Vec<&str>> = text.lines().map(|it| it.split('\t').collect()).collect();
-    assert_eq!((lines[0][0], lines.len()), ("QGC WPL 110", 4));
-    assert_eq!((lines[2][3], lines[2][4], lines[3][10]), ("22", "5", "3.2"));
+    assert_eq!((lines[0][0], lines.len()), ("QGC WPL 110", 5));
+    assert_eq!((lines[2][3], lines[2][4], lines[3][10]), ("22", "0", "3.2"));
+    assert_eq!((lines[3][3], lines[3][4]), ("16", "5"));
+    let text = fs::read_to_string(folder.join("o/hops.waypoints")).unwrap();
+    let items = text
+        .lines()
+        .skip(2)
+        .map(|it| it.split('\t').collect::<Vec<_>>());
+    let items: Vec<[String; 2]> = items.map(|it| [it[3].into(), it[4].into()]).collect();
+    assert_eq!(items, [["22", "0"], ["16", "2"], ["21", "0"]]);
+    let waits = "waits on the ground in the plan, takes off at once here: `hops`";
+    assert!(manifest["lost"].to_string().contains(waits), "{manifest}");
 }

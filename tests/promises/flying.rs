@@ -113,6 +113,20 @@ fn logs_are_flown_too() {
 }
 
 #[test]
+fn a_drone_that_draws_more_than_its_battery_holds_is_warned_of() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), plan(2.0)).unwrap();
+    fs::write(folder.join("small.ron"), "(others: (battery_wh: 0.01))").unwrap();
+    let line = "fly plan.json --convection 1 --gusts 0 --until 0.5 --vehicles small.ron";
+    let (_, told, errors) = run(folder, line);
+    let said = "Warning: more than a full battery holds: ";
+    assert!(told.contains(said), "{told}{errors}");
+    let line = line.replace(" --vehicles small.ron", "");
+    assert!(!run(folder, &line).1.contains(said));
+}
+
+#[test]
 fn broken_questions_are_told_and_answered_with_2() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();

@@ -208,6 +208,43 @@ fn the_page_of_a_flight_shows_where_drones_flew() {
 }
 
 #[test]
+fn a_drone_that_carries_a_load_is_held_to_the_limit_it_has_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = json!({
+        "format": "plan/1", "scenario": "load", "bounds_m": {"min": [0, 0, 0], "max": [10, 10, 20]},
+        "drones": [
+            {"name": "m", "airframe": "matrice-300", "trajectory": {"t_s": [0, 60], "position_m": [[5, 5, 18], [5, 5, 18]]}},
+            {"name": "k", "airframe": "kolibri", "trajectory": {
+                "t_s": [0, 60], "position_m": [[5, 5, 4.59], [5, 5, 4.59]], "mass_kg": [0.45, 0.45],
+            }},
+        ],
+    });
+    let path = folder.path().join("plan.json");
+    fs::write(&path, plan.to_string()).unwrap();
+    let out = folder.path().join("checked");
+    super::succeeds(
+        Command::new(env!("CARGO_BIN_EXE_plan"))
+            .arg("check")
+            .arg(&path)
+            .arg("--out")
+            .arg(&out),
+    );
+    let Some(dom) = browse(&out, 30.0, "k") else {
+        return;
+    };
+    assert_eq!(
+        (seen(&dom, "state"), seen(&dom, "error")),
+        (Some("ready"), None)
+    );
+    let said = seen(&dom, "said").unwrap();
+    let limit_mps = 0.3 * 7.384 * (0.45_f64 / 0.23).sqrt();
+    assert!(
+        said.contains(&format!("2.6 of {limit_mps:.1} m/s")),
+        "{said}"
+    );
+}
+
+#[test]
 fn the_slice_of_a_diagnosis_turns() {
     let folder = tempfile::tempdir().unwrap();
     let recording = format!("{}/recordings/draughty-hall", env!("CARGO_MANIFEST_DIR"));

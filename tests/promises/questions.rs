@@ -159,10 +159,12 @@ fn a_wait_is_explained_by_what_would_break_without_it() {
     let folder = desk.path();
     // Without its wait the second is at (5, 5) at 5 s, when the first is.
     fs::write(folder.join("plan.json"), crossing(2.0)).unwrap();
-    let (code, told, errors) = run(
-        folder,
-        "explain plan.json --drone second --at 3 --format json",
-    );
+    let line = "explain plan.json --drone second --at 3 --format json";
+    let (_, told, errors) = run(folder, line);
+    let told: Value = serde_json::from_str(&told).expect(&errors);
+    assert_eq!(told["page"], Value::Null, "there is none");
+    fs::write(folder.join("plan.html"), "").unwrap();
+    let (code, told, errors) = run(folder, line);
     assert_eq!(code, Some(0), "{errors}");
     let told: Value = serde_json::from_str(&told).unwrap();
     assert_eq!(
@@ -217,6 +219,63 @@ fn a_wait_is_explained_by_what_would_break_without_it() {
         errors.contains("no drone is called `third`; there are first, second"),
         "{errors}"
     );
+}
+
+#[test]
+fn what_a_wait_costs_is_one_figure_in_all_that_is_told() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let scenario = format!("{}/scenarios/warehouse.ron", env!("CARGO_MANIFEST_DIR"));
+    run(
+        folder,
+        &format!("{scenario} --no-contrast --no-page --out why"),
+    );
+    let line = format!("explain why/plan.json --drone scan-5 --scenario {scenario} --at");
+    let (_, told, errors) = run(folder, &format!("{line} 0 --format json"));
+    let told: Value = serde_json::from_str(&told).expect(&errors);
+    let stops: Vec<(f64, f64, String, Option<f64>)> =
+        serde_json::from_value(told["stops"].clone()).unwrap();
+    let costs = stops.iter().filter_map(|it| Some((it, it.3?)));
+    let mut rests = costs.filter(|(it, costs_s)| *costs_s > it.1 - it.0);
+    let (stop, costs_s) = rests.next().expect("it slows down for a wait");
+    let (_, told, _) = run(folder, &format!("{line} {}", (stop.0 + stop.1) / 2.0));
+    let said = format!("{costs_s:.2} s earlier");
+    assert!(told.contains(&said), "{said}: {told}");
+}
+
+#[test]
+fn a_drone_that_has_not_come_or_has_left_is_told_so_and_a_scenario_of_others_is_refused() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let mut plan: Value = serde_json::from_str(&crossing(2.0)).unwrap();
+    plan["drones"][1]["enters_s"] = 1.5.into();
+    plan["drones"][1]["at_end"] = "leave".into();
+    fs::write(folder.join("plan.json"), plan.to_string()).unwrap();
+    for (at_s, said) in [
+        (1.0, "It is not there: it comes at 1.50 s."),
+        (12.0, "It is not there: it has left at 9.00 s."),
+    ] {
+        let line = format!("explain plan.json --drone second --at {at_s}");
+        let (_, told, errors) = run(folder, &line);
+        assert!(told.contains(said), "{told}{errors}");
+        let (_, told, _) = run(folder, &format!("{line} --format json"));
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let expected = ("not there".into(), Value::Null);
+        assert_eq!(
+            (&told["does"], &told["position_m"]),
+            (&expected.0, &expected.1)
+        );
+    }
+    let scenario = r#"Scenario(name: "x", bounds_m: (min: (0, 0, 0), max: (12, 12, 6)), drones: [
+        (name: "second", airframe: "kolibri", start_m: (5, 1, 2)),
+        (name: "third", airframe: "kolibri", start_m: (9, 9, 2)),
+    ])"#;
+    fs::write(folder.join("other.ron"), scenario).unwrap();
+    let line = "explain plan.json --drone second --at 3 --scenario other.ron";
+    let (code, _, errors) = run(folder, line);
+    assert_eq!(code, Some(2));
+    let said = "only the scenario has `third`, only the plan has `first`";
+    assert!(errors.contains(said), "{errors}");
 }
 
 #[test]
@@ -303,7 +362,27 @@ fn a_sweep_plans_each_value_as_a_scenario_of_its_own_would_be() {
         assert_eq!(row["sum_of_arrivals_s"], plan.fleet.sum_of_arrivals_s);
         assert_eq!(row["status"], plan.status.as_str());
     }
+    // Of another command's folder, and which rules are given up.
+    fs::create_dir(folder.join("theirs")).unwrap();
+    fs::write(folder.join("theirs/diagnosis.json"), "{}").unwrap();
+    let slow = r#"Scenario(name: "slow", bounds_m: (min: (0, 0, 0), max: (14, 6, 8)),
+        airframes: {"barge": (mass_kg: 6, propeller_diameter_m: 0.5, motor_distance_m: 0.9, max_acceleration_mps2: 0.1)},
+        drones: [(name: "m", airframe: "barge", start_m: (1, 3, 5), tasks: [(to_m: (13, 3, 5))])])"#;
+    fs::write(folder.join("slow.ron"), slow).unwrap();
+    let line = "sweep slow.ron --set planning.air_limit=0.2,0.4";
+    let (code, told, errors) = run(folder, line);
+    assert_eq!(code, Some(0), "{errors}");
+    let note = "at each value: planned in straight motion";
+    assert!(told.contains(note), "{told}");
+    let (_, told, _) = run(folder, &format!("{line} --format json"));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let notes = told["rows"][1]["notes"].to_string();
+    assert!(notes.contains("takes 20"), "{told}");
     for (line, said) in [
+        (
+            "sweep two.ron --set planning.air_limit=1 --out theirs",
+            "theirs holds what `plan diagnose` wrote",
+        ),
         (
             "sweep two.ron --set planning.airlimit=1,2",
             "error: --set planning.airlimit=1,2: ",

@@ -58,6 +58,9 @@ const airAt = (drone, at) => {
   const k = Math.max(0, Math.min(at / data.step_s, drone.air.length - 1)), low = Math.floor(k), high = Math.min(low + 1, drone.air.length - 1);
   return (drone.air[low] + (k - low) * (drone.air[high] - drone.air[low])) / 255 * data.max_air_mps;
 };
+// Mean air of its alpha of 0, of 1 and of its limit, with what it carries at a time.
+const alphaMps = (drone, at) => stepped(drone.alpha_mps, Math.max(after(drone.t, at) - 1, 0))[1];
+const limitMps = (drone, at) => alphaMps(drone, at)[2];
 const stepped = (list, at) => { let low = 0, high = list.length; while (low < high) { const m = (low + high) >> 1; if (list[m][0] <= at + 1e-6) low = m + 1; else high = m; } return list[Math.max(low - 1, 0)]; };
 
 // The scene.
@@ -348,7 +351,7 @@ const tone = new T.Color(), CALM = new T.Color(0x3b76af), SOME = new T.Color(0xe
 const toneOf = (drone, now) => {
   if (drone.unplanned) return tone.copy(PINK);
   if (!isAirborne(drone, now)) return tone.copy(GREY);
-  const ratio = airAt(drone, now) / Math.max(drone.limit_mps, 1e-6);
+  const ratio = airAt(drone, now) / Math.max(limitMps(drone, now), 1e-6);
   return ratio < 0.5 ? tone.copy(CALM).lerp(SOME, Math.max(0, ratio * 2)) : tone.copy(SOME).lerp(FULL, Math.min(1, ratio * 2 - 1));
 };
 
@@ -441,7 +444,7 @@ const drawRows = () => {
     const top = Math.min(until === null ? gone : until, gone);
     if (top > from) { bar(from, top, colour.fly); if (drone.arrives_s < top && !drone.leaves) { pen.globalAlpha = 0.45; pen.fillStyle = css('--card'); pen.fillRect(across(drone.arrives_s, width), y, across(top, width) - across(drone.arrives_s, width), h); pen.globalAlpha = 1; } }
     for (const [a, b, what] of drone.stops) bar(a, b, what === 'wait' ? colour.wait : colour.dwell);
-    if (!many) for (const [a, b, , most] of drone.meets) { pen.fillStyle = colour.worst; pen.globalAlpha = Math.min(1, 0.25 + most / Math.max(drone.limit_mps, 0.01)); pen.fillRect(across(a, width), y + h - 2, Math.max(across(b, width) - across(a, width), 1), 2); pen.globalAlpha = 1; }
+    if (!many) for (const [a, b, , most] of drone.meets) { pen.fillStyle = colour.worst; pen.globalAlpha = Math.min(1, 0.25 + most / Math.max(limitMps(drone, a), 0.01)); pen.fillRect(across(a, width), y + h - 2, Math.max(across(b, width) - across(a, width), 1), 2); pen.globalAlpha = 1; }
     if (!many && ROW > 9) { pen.fillStyle = drone === chosen ? colour.worst : colour.soft; pen.textAlign = 'right'; pen.fillText(drone.name.length > 14 ? drone.name.slice(0, 13) + '\u2026' : drone.name, LEFT - 6, y + h / 2); }
     if (drone === chosen) { pen.strokeStyle = colour.worst; pen.lineWidth = 1.2; pen.strokeRect(across(0, width) - 0.5, y - 0.5, width - LEFT - 5, h + 1); }
   }
@@ -473,7 +476,7 @@ const build = () => {
   row('airframe').textContent = chosen.airframe;
   row('now', 'doing'); row('air', 'air'); row('altitude', 'altitude'); row('speed', 'speed');
   row('arrives').textContent = `${number(chosen.arrives_s)} s, waits ${number(chosen.waits_s)} s`;
-  row('worst air').textContent = chosen.worst_air_mps >= 0.05 ? `${number(chosen.worst_air_mps)} of ${number(chosen.limit_mps)} m/s` : 'none';
+  row('worst air').textContent = chosen.worst_air_mps >= 0.05 ? `${number(chosen.worst_air_mps)} of ${number(limitMps(chosen, chosen.worst_air_at_s ?? 0))} m/s` : 'none';
   row('extra energy').textContent = '+' + number(chosen.extra_energy_percent) + ' %';
   row('may be late').textContent = chosen.may_be_late_s === null ? 'not asked' : chosen.may_be_late_s >= 3 ? '3 s or more' : number(chosen.may_be_late_s, 2) + ' s';
   row('plan\u2019s margins').textContent = `${number(data.margins.time_s, 2)} s, ${number(data.margins.tracking_m, 2)} m`;
@@ -515,7 +518,8 @@ const chart = (id, value, limit, flown) => {
   if (!canvas) return;
   const width = canvas.clientWidth, height = 84, pen = sheet(canvas, width, height), points = 240;
   const values = Array.from({ length: points + 1 }, (_, k) => value(end * k / points));
-  const top = Math.max(1e-3, ...values, limit || 0, ...flown.flatMap(it => it.values.filter(v => v !== null))) * 1.1, bottom = Math.min(0, ...values);
+  const limits = limit ? Array.from({ length: points + 1 }, (_, k) => limit(end * k / points)) : [];
+  const top = Math.max(1e-3, ...values, ...limits, ...flown.flatMap(it => it.values.filter(v => v !== null))) * 1.1, bottom = Math.min(0, ...values);
   const x = at => 30 + (width - 34) * at / end, y = v => height - 12 - (height - 18) * (v - bottom) / (top - bottom);
   pen.font = '10px Helvetica,Arial,DejaVu Sans,sans-serif'; pen.fillStyle = css('--soft'); pen.textAlign = 'right';
   for (const v of [bottom, top / 1.1]) { pen.fillText(number(v), 26, y(v) + 3); pen.fillStyle = css('--faint'); pen.fillRect(30, y(v), width - 34, 1); pen.fillStyle = css('--soft'); }
@@ -524,7 +528,7 @@ const chart = (id, value, limit, flown) => {
   const FLOWN = ['#882255', '#117733', '#999933', '#aa4499'];
   flown.forEach((it, k) => curve(it.values.length, i => it.from + i * it.step, i => it.values[i], FLOWN[k % FLOWN.length], 1));
   curve(points + 1, k => end * k / points, k => values[k], css('--air'), 1.6);
-  if (limit) curve(2, k => k * end, () => limit, css('--worst'), 1, [4, 3]);
+  curve(limits.length, k => end * k / points, k => limits[k], css('--worst'), 1, [4, 3]);
   pen.fillStyle = css('--ink'); pen.fillRect(x(now) - 0.5, 4, 1, height - 16);
 };
 const state = new Float64Array(6);
@@ -537,15 +541,16 @@ const tell = () => {
   const air = airAt(chosen, now), stop = chosen.stops.find(([from, until]) => from <= now && now < until);
   const speed = speedAt(chosen, now);
   $('doing').textContent = !isThere(chosen, now) ? 'not there' : !isAirborne(chosen, now) ? 'on the ground' : stop ? (stop[2] === 'dwell' ? 'dwells' : stop[2] === 'stop' ? 'stops' : stop[3] === null ? 'waits' : 'waits for ' + data.drones[stop[3]].name) : speed > 1e-3 ? (Math.abs(state[5]) > 0.9 * speed ? (state[5] > 0 ? 'climbs' : 'descends') : 'flies') : 'hovers';
-  $('air').textContent = `${number(air, 2)} of ${number(chosen.limit_mps, 2)} m/s`;
-  $('air').className = air > chosen.limit_mps * 1.01 ? 'over' : '';
+  const limit = limitMps(chosen, now);
+  $('air').textContent = `${number(air, 2)} of ${number(limit, 2)} m/s`;
+  $('air').className = air > limit * 1.01 ? 'over' : '';
   $('altitude').textContent = number(state[2], 2) + ' m';
   $('speed').textContent = `${number(speed, 2)} of ${number(chosen.max_speed_mps, 1)} m/s`;
   const trace = traceOf(chosen), none = [];
   const of = pickValue => trace ? trace.flights.map(it => ({ from: trace.from_s, step: trace.step_s, values: pickValue(it) })) : none;
-  chart('chart-air', at => airAt(chosen, at), chosen.limit_mps, of(it => it.alpha.map(v => v === null ? null : chosen.alpha_mps[0] + v * (chosen.alpha_mps[1] - chosen.alpha_mps[0]))));
-  chart('chart-altitude', at => locate(chosen, at, state)[2], 0, of(it => it.altitude_error_m.map((v, k) => v === null ? null : v + locate(chosen, trace.from_s + k * trace.step_s, state)[2])));
-  chart('chart-speed', at => speedAt(chosen, at), chosen.max_speed_mps, none);
+  chart('chart-air', at => airAt(chosen, at), at => limitMps(chosen, at), of(it => it.alpha.map((v, k) => { if (v === null) return null; const [none, one] = alphaMps(chosen, trace.from_s + k * trace.step_s); return none + v * (one - none); })));
+  chart('chart-altitude', at => locate(chosen, at, state)[2], null, of(it => it.altitude_error_m.map((v, k) => v === null ? null : v + locate(chosen, trace.from_s + k * trace.step_s, state)[2])));
+  chart('chart-speed', at => speedAt(chosen, at), () => chosen.max_speed_mps, none);
 };
 const remember = () => { const part = `#t=${number(now, 2)}` + (chosen ? '&drone=' + encodeURIComponent(chosen.name) : ''); try { history.replaceState(null, '', part); } catch (_) { /* a page in a frame has no address */ } };
 const seek = at => { now = Math.min(Math.max(Number.isFinite(at) ? at : 0, 0), end); dirty = true; if (!playing) remember(); };
@@ -697,8 +702,8 @@ addEventListener('hashchange', fromAddress);
 // Begin.
 document.title = $('title').textContent = data.scenario || 'plan';
 $('facts').title = data.convection ? `The plan holds for air of every speed in its range; wakes and curves show that of ${data.convection} of the centreline's.` : 'Wakes follow their drones without delay.';
-const failed = data.violations.length;
-$('status').textContent = failed ? `${data.status}: ${failed} violations` : data.status;
+const failed = data.violation_count;
+$('status').textContent = failed ? `${data.status}: ${failed} violation${failed === 1 ? '' : 's'}` : data.status;
 $('status').classList.toggle('bad', data.status !== 'safe');
 $('facts').textContent = `${fleet} drones, ${size.map(it => Number(it.toFixed(1))).join(' \u00d7 ')} m, ${number(end)} s` + (data.convection ? ', advected wakes' : ', quasi-static wakes') + `, margins ${number(data.margins.time_s, 2)} s and ${number(data.margins.tracking_m, 2)} m`;
 $('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>' + (data.drones.some(it => it.stops.some(stop => stop[2] === 'stop')) ? 'stops' : 'dwells') + '<i style="background:var(--ground)"></i>on the ground<i style="background:color-mix(in srgb,var(--card) 45%,var(--fly))"></i>flies on when done<br>air over its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';

@@ -39,7 +39,10 @@ pub(crate) struct Scene<'a> {
     step_s: f64,
     /// The air that 255 stands for (m/s).
     max_air_mps: f64,
+    /// The first of them.
     violations: Vec<String>,
+    /// How many there are in all.
+    violation_count: usize,
     /// Each wake: levels of depth, radius, aside in x and y (m), delay (s).
     wakes: Vec<Vec<[f32; 5]>>,
     drones: Vec<Drone<'a>>,
@@ -94,10 +97,9 @@ struct Drone<'a> {
     max_speed_mps: f64,
     max_climb_mps: Option<f64>,
     max_descent_mps: Option<f64>,
-    /// Highest mean air at the airframe's own mass (m/s).
-    limit_mps: f64,
-    /// Mean air (m/s) of an alpha of 0, and of 1.
-    alpha_mps: [f64; 2],
+    /// Mean air (m/s) of an alpha of 0, of 1, and of its limit, with the load that it carries from
+    /// which point on: changes alone.
+    alpha_mps: Vec<(usize, [f64; 3])>,
     may_be_late_s: Option<f64>,
     arrives_s: f64,
     waits_s: f64,
@@ -157,85 +159,91 @@ impl<'a> Scene<'a> {
                 .collect()
         });
         let wakes = wakes.collect();
-        let drones = (0..fleet).map(|k| {
-            let of_drone = || met.iter().map(move |all| &all[k]);
-            let stops = waits.stops[k].iter().map(|it| {
-                let (from_s, until_s) = (it.from_s as f32, it.until_s as f32);
-                let costs_s = it.costs_s.map(|it| it as f32);
-                (from_s, until_s, it.what, it.waits_for, costs_s)
+        let drones =
+            (0..fleet).map(|k| {
+                let of_drone = || met.iter().map(move |all| &all[k]);
+                let stops = waits.stops[k].iter().map(|it| {
+                    let (from_s, until_s) = (it.from_s as f32, it.until_s as f32);
+                    let costs_s = it.costs_s.map(|it| it as f32);
+                    (from_s, until_s, it.what, it.waits_for, costs_s)
+                });
+                let drone = &plan.drones[k];
+                let path = &drone.trajectory;
+                let units = |value: f64| (value / UNIT).round() as i64;
+                let places: Vec<[i64; 3]> = path
+                    .position_m
+                    .iter()
+                    .map(|it| [units(it.x), units(it.y), units(it.z)])
+                    .collect();
+                let times: Vec<i64> = path.t_s.iter().map(|&it| units(it)).collect();
+                let control = |(piece, control_m): (usize, &Vec<nalgebra::Point3<f64>>)| {
+                    let from = places[piece];
+                    control_m
+                        .iter()
+                        .flat_map(|it| {
+                            [
+                                units(it.x) - from[0],
+                                units(it.y) - from[1],
+                                units(it.z) - from[2],
+                            ]
+                        })
+                        .collect()
+                };
+                let kinds = (0..times.len()).map(|point| (point, air.kind(k, point)));
+                let ends = air.ends_z_m(k, samples).into_iter();
+                let ends = samples
+                    .iter()
+                    .zip(ends)
+                    .map(|(sample, end)| (sample.t_s as f32, end.map(|it| it as f32)));
+                let level = |it: f64| (it / max_air_mps * 255.0).round() as u8;
+                let bytes: Vec<u8> = of_drone().map(|it| level(it.air_mps)).collect();
+                let none = path.t_s.is_empty().then_some(&0.0);
+                let unplanned = plan.unplanned.iter().find(|it| it.name == drone.name);
+                Drone {
+                    name: &drone.name,
+                    airframe: &drone.airframe.name,
+                    body_radius_m: drone.airframe.body_radius_m,
+                    max_speed_mps: drone.airframe.max_speed_mps,
+                    max_climb_mps: drone.airframe.max_climb_mps,
+                    max_descent_mps: drone.airframe.max_descent_mps,
+                    alpha_mps: changes(path.t_s.iter().chain(none).enumerate().map(
+                        |(point, &t_s)| {
+                            let u_h_mps = drone.hover_mps(t_s);
+                            let alphas = [0.0, 1.0, drone.air_limit];
+                            (point, alphas.map(|alpha| flown.mean_mps(alpha, u_h_mps)))
+                        },
+                    )),
+                    may_be_late_s: drone.may_be_late_s,
+                    arrives_s: drone.arrives_s,
+                    waits_s: drone.waits_s,
+                    worst_air_mps: drone.worst_air_mps,
+                    worst_air_from: drone.worst_air_from.as_deref(),
+                    worst_air_at_s: drone.worst_air_at_s,
+                    extra_energy_percent: drone.extra_energy_percent,
+                    enters_s: drone.enters_s,
+                    leaves: drone.at_end == AtEnd::Leave,
+                    airborne_s: drone.airborne_s,
+                    unplanned: unplanned.map(|it| &it.reason[..]),
+                    c: path.control_m.iter().enumerate().map(control).collect(),
+                    t: differences(&times),
+                    p: places
+                        .iter()
+                        .enumerate()
+                        .flat_map(|(k, it)| {
+                            let before = if k == 0 { [0; 3] } else { places[k - 1] };
+                            [it[0] - before[0], it[1] - before[1], it[2] - before[2]]
+                        })
+                        .collect(),
+                    w: changes(kinds),
+                    ends: changes(ends),
+                    air: match bytes.iter().any(|&it| it > 0) {
+                        true => BASE64_STANDARD.encode(&bytes),
+                        false => String::new(),
+                    },
+                    meets: meets(samples, of_drone().map(|it| &it.from[..])),
+                    stops: stops.collect(),
+                }
             });
-            let drone = &plan.drones[k];
-            let u_h_mps = drone.airframe.hover_induced_velocity_mps;
-            let path = &drone.trajectory;
-            let units = |value: f64| (value / UNIT).round() as i64;
-            let places: Vec<[i64; 3]> = path
-                .position_m
-                .iter()
-                .map(|it| [units(it.x), units(it.y), units(it.z)])
-                .collect();
-            let times: Vec<i64> = path.t_s.iter().map(|&it| units(it)).collect();
-            let control = |(piece, control_m): (usize, &Vec<nalgebra::Point3<f64>>)| {
-                let from = places[piece];
-                control_m
-                    .iter()
-                    .flat_map(|it| {
-                        [
-                            units(it.x) - from[0],
-                            units(it.y) - from[1],
-                            units(it.z) - from[2],
-                        ]
-                    })
-                    .collect()
-            };
-            let kinds = (0..times.len()).map(|point| (point, air.kind(k, point)));
-            let ends = air.ends_z_m(k, samples).into_iter();
-            let ends = samples
-                .iter()
-                .zip(ends)
-                .map(|(sample, end)| (sample.t_s as f32, end.map(|it| it as f32)));
-            let level = |it: f64| (it / max_air_mps * 255.0).round() as u8;
-            let bytes: Vec<u8> = of_drone().map(|it| level(it.air_mps)).collect();
-            let unplanned = plan.unplanned.iter().find(|it| it.name == drone.name);
-            Drone {
-                name: &drone.name,
-                airframe: &drone.airframe.name,
-                body_radius_m: drone.airframe.body_radius_m,
-                max_speed_mps: drone.airframe.max_speed_mps,
-                max_climb_mps: drone.airframe.max_climb_mps,
-                max_descent_mps: drone.airframe.max_descent_mps,
-                limit_mps: flown.mean_mps(drone.air_limit, u_h_mps),
-                alpha_mps: [0.0, 1.0].map(|alpha| flown.mean_mps(alpha, u_h_mps)),
-                may_be_late_s: drone.may_be_late_s,
-                arrives_s: drone.arrives_s,
-                waits_s: drone.waits_s,
-                worst_air_mps: drone.worst_air_mps,
-                worst_air_from: drone.worst_air_from.as_deref(),
-                worst_air_at_s: drone.worst_air_at_s,
-                extra_energy_percent: drone.extra_energy_percent,
-                enters_s: drone.enters_s,
-                leaves: drone.at_end == AtEnd::Leave,
-                airborne_s: drone.airborne_s,
-                unplanned: unplanned.map(|it| &it.reason[..]),
-                c: path.control_m.iter().enumerate().map(control).collect(),
-                t: differences(&times),
-                p: places
-                    .iter()
-                    .enumerate()
-                    .flat_map(|(k, it)| {
-                        let before = if k == 0 { [0; 3] } else { places[k - 1] };
-                        [it[0] - before[0], it[1] - before[1], it[2] - before[2]]
-                    })
-                    .collect(),
-                w: changes(kinds),
-                ends: changes(ends),
-                air: match bytes.iter().any(|&it| it > 0) {
-                    true => BASE64_STANDARD.encode(&bytes),
-                    false => String::new(),
-                },
-                meets: meets(samples, of_drone().map(|it| &it.from[..])),
-                stops: stops.collect(),
-            }
-        });
         Scene {
             scenario: &plan.scenario,
             status: plan.status,
@@ -248,6 +256,7 @@ impl<'a> Scene<'a> {
             end_s,
             step_s,
             max_air_mps,
+            violation_count: plan.violations.len(),
             violations: plan
                 .violations
                 .iter()
@@ -309,6 +318,26 @@ fn meets<'m>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_of_the_page_are_those_of_what_a_drone_carries_and_its_count_is_of_all_violations() {
+        let text = r#"{"format": "plan/1", "scenario": "s", "bounds_m": {"min": [0,0,0], "max": [9,9,9]},
+            "drones": [{"name": "a", "airframe": "kolibri", "trajectory": {"t_s": [0, 5, 9],
+                "position_m": [[1,1,4],[5,1,4],[8,1,4]], "mass_kg": [0.92, 0.23, 0.23]}}]}"#;
+        let mut plan = planner::plan::file::read(text).expect("a plan").plan;
+        // Too fast for a moment.
+        plan.drones[0].trajectory.t_s[1] = 0.5;
+        let violation = planner::verify(&plan).violations.swap_remove(0);
+        plan.drones[0].trajectory.t_s[1] = 5.0;
+        plan.violations = vec![violation; MOST_VIOLATIONS + 7];
+        let air = AirOfPlan::new(&plan);
+        let scene = Scene::new(&plan, (&air, &Waits::of(&plan, None, &air)), None);
+        let u_h_mps = plan.drones[0].airframe.hover_induced_velocity_mps;
+        let of = |hover_mps: f64| [0.0, hover_mps, plan.drones[0].air_limit * hover_mps];
+        let expected = [(0, of(2.0 * u_h_mps)), (1, of(u_h_mps))];
+        assert_eq!(scene.drones[0].alpha_mps, expected);
+        assert_eq!(scene.violation_count, 57);
+    }
 
     #[test]
     fn the_air_of_the_page_is_that_of_the_verifier_between_its_samples() {

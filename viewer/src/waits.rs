@@ -5,6 +5,7 @@
 use nalgebra::Point3;
 use planner::World;
 use planner::plan::{DronePlan, Plan, Sample};
+use planner::scenario::dwells;
 use planner::scenario::world::Task;
 use rayon::prelude::*;
 
@@ -36,6 +37,8 @@ const LOOK_S: f64 = 0.05;
 /// Places nearer to one another are one (m): chosen here, what a smooth path lacks of its task
 /// while it comes to rest.
 const SAME_PLACE_M: f64 = 1e-3;
+/// Times nearer to one another are one (s): rounding.
+const SAME_TIME_S: f64 = 1e-6;
 
 /// A stop between two moves, or a dwell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,21 +107,18 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
     let mut found = Vec::new();
     let mut next = 0;
     let is_same = |a: &Point3<f64>, b: &Point3<f64>| (a - b).norm() < SAME_PLACE_M;
-    let mut tasks = world
-        .and_then(|it| it.drones.get(drone))
-        .map(|it| it.tasks.iter().peekable());
+    let entry = &plan.drones[drone];
+    let asked = world.and_then(|it| it.drones.iter().find(|it| it.name == entry.name));
+    // One may have been flown straight through, and has no stay.
+    let dwells = asked.map_or(Vec::new(), |asked| dwells(asked, entry));
     for stay in path.position_m[..points].chunk_by(is_same) {
         let from_s = path.t_s[next];
         next += stay.len();
         let until_s = path.t_s[next - 1];
-        let mut dwelt_s = from_s;
-        if let Some(tasks) = &mut tasks {
-            while let Some(task) = tasks.next_if(|task| (task.to_m - stay[0]).norm() < SAME_PLACE_M)
-            {
-                let held_s = task.during_s.map_or(0.0, |[_, until_s]| until_s);
-                dwelt_s = (dwelt_s + task.dwell_s).max(held_s);
-            }
-        }
+        let here = dwells.iter().filter(|(there_s, _)| {
+            (from_s - SAME_TIME_S..=until_s + SAME_TIME_S).contains(there_s)
+        });
+        let dwelt_s = here.map(|(_, leaves_s)| *leaves_s).fold(from_s, f64::max);
         let stop = |from_s, until_s, what| Stop {
             from_s,
             until_s,
@@ -128,11 +128,11 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
             at_m: stay[0],
         };
         if until_s - dwelt_s >= WAITS_FROM_S && next < points {
-            let word = if world.is_some() { "wait" } else { "stop" };
+            let word = if asked.is_some() { "wait" } else { "stop" };
             // It waits where it is after its dwell.
             found.push(stop(dwelt_s, until_s, word));
         }
-        if dwelt_s > from_s {
+        if dwelt_s > from_s + SAME_TIME_S {
             found.push(stop(from_s, dwelt_s.min(until_s), "dwell"));
         }
     }
@@ -140,19 +140,16 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
         let overlaps = |it: &Stop| it.from_s < until_s && from_s < it.until_s;
         !found.iter().any(overlaps)
     };
-    let tasks = world
-        .and_then(|it| it.drones.get(drone))
-        .map(|it| &it.tasks[..]);
-    let crawls = crawls(&plan.drones[drone]).into_iter().filter(is_apart);
+    let crawls = crawls(entry).into_iter().filter(is_apart);
     let crawls: Vec<Stop> = crawls
         .filter_map(|(from_s, until_s)| {
             let at_m = path.position_m((from_s + until_s) / 2.0)?;
             let is_at = |task: &Task| (task.to_m - at_m).norm() < AT_TASK_M;
-            let is_at_task = tasks.is_some_and(|all| all.iter().any(is_at));
+            let is_at_task = asked.is_some_and(|it| it.tasks.iter().any(is_at));
             (!is_at_task).then_some(Stop {
                 from_s,
                 until_s,
-                what: if world.is_some() { "wait" } else { "stop" },
+                what: if asked.is_some() { "wait" } else { "stop" },
                 waits_for: None,
                 costs_s: None,
                 at_m,
@@ -161,7 +158,7 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
         .collect();
     found.extend(crawls);
     found.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-    share(&plan.drones[drone], &mut found);
+    share(entry, &mut found);
     found
 }
 
@@ -173,22 +170,30 @@ const STOPPING_S: f64 = 0.8;
 /// than it takes: what is left the drone waits elsewhere, in stops that are too short to be told. A
 /// plan that does not count them waits for as long as it stands.
 fn share(drone: &DronePlan, stops: &mut [Stop]) {
-    let waits = || stops.iter().filter(|it| it.what == "wait");
-    let stopping_s = if drone.trajectory.is_smooth() {
-        STOPPING_S
-    } else {
-        0.0
+    let path = &drone.trajectory;
+    let begins_s = path.t_s.first().copied().unwrap_or(0.0);
+    // One that stood already does not stop for its wait.
+    let is_at_rest = |from_s: f64| {
+        let mut before = stops.iter().map(|it| it.until_s);
+        from_s <= begins_s || before.any(|until_s| (until_s - from_s).abs() < SAME_TIME_S)
     };
-    let takes_s = |it: &Stop| it.until_s - it.from_s + stopping_s;
-    let all_s: f64 = waits().map(takes_s).sum();
-    let stood_s: f64 = waits().map(|it| it.until_s - it.from_s).sum();
-    let counted_s = if drone.waits_s > 0.0 {
-        drone.waits_s.min(all_s)
-    } else {
-        stood_s
+    let stands_s = |it: &Stop| match it.what {
+        "wait" => it.until_s - it.from_s,
+        _ => 0.0,
     };
-    for stop in stops.iter_mut().filter(|it| it.what == "wait") {
-        stop.costs_s = Some(counted_s * takes_s(stop) / all_s);
+    let takes_s = |it: &Stop| match it.what {
+        "wait" if path.is_smooth() && !is_at_rest(it.from_s) => stands_s(it) + STOPPING_S,
+        _ => stands_s(it),
+    };
+    let each_s: Vec<f64> = stops.iter().map(takes_s).collect();
+    let all_s: f64 = each_s.iter().sum();
+    let counted_s = match drone.waits_s > 0.0 {
+        true => drone.waits_s.min(all_s),
+        false => stops.iter().map(stands_s).sum(),
+    };
+    let each = stops.iter_mut().zip(each_s);
+    for (stop, takes_s) in each.filter(|(it, _)| it.what == "wait") {
+        stop.costs_s = Some(counted_s * takes_s / all_s);
     }
 }
 
@@ -262,10 +267,8 @@ fn waits_for(
 ) -> Option<usize> {
     let own = &plan.drones[drone];
     let flown = plan.flown();
-    let limit_mps = |it: &DronePlan| {
-        let u_h_mps = it.airframe.hover_induced_velocity_mps;
-        flown.mean_mps(it.air_limit, u_h_mps).max(1e-6)
-    };
+    let limit_mps =
+        |it: &DronePlan, t_s: f64| flown.mean_mps(it.air_limit, it.hover_mps(t_s)).max(1e-6);
     let apart_m = plan.clearance_m + 2.0 * plan.margins.tracking_m;
     let first = samples.partition_point(|it| it.t_s < from_s);
     let mut nearest = (NEARLY, None);
@@ -291,12 +294,12 @@ fn waits_for(
             let mut share = bodies_m / (other_m - place_m).norm().max(1e-6);
             if above {
                 let met_mps = air.brings_mps(other, drone, (place_m, sample.t_s));
-                share = share.max(met_mps / limit_mps(own));
+                share = share.max(met_mps / limit_mps(own, sample.t_s + until_s - from_s));
             }
             if below {
                 let own = (drone, place_m);
                 let met_mps = air.would_bring_mps(own, other, (other_m, sample.t_s));
-                share = share.max(met_mps / limit_mps(there));
+                share = share.max(met_mps / limit_mps(there, sample.t_s));
             }
             if share > nearest.0 {
                 nearest = (share, Some(other));
@@ -344,11 +347,41 @@ mod tests {
         // A plan that does not count them.
         drone.waits_s = 0.0;
         assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
-        // A smooth one is slow for less than it stops on its path where that is long.
+        // A smooth one slows down for its stop, but not where it has dwelt.
         drone.waits_s = 5.6;
         drone.trajectory.control_m = vec![vec![Point3::origin(); 2]];
-        let [short_s, _, long_s] = costs(&drone).map(Option::unwrap_or_default);
-        assert!((short_s - 1.8).abs() < 1e-9 && (long_s - 3.8).abs() < 1e-9);
+        assert_eq!(costs(&drone), [Some(1.8), None, Some(3.0)]);
+    }
+
+    #[test]
+    fn a_task_that_is_flown_straight_through_and_the_order_of_drones_change_no_dwell() {
+        let text = r#"Scenario(
+            name: "one",
+            bounds_m: (min: (0, 0, 0), max: (30, 20, 8)), planning: (motion: Straight),
+            drones: [
+                (name: "k1", airframe: "kolibri", start_m: (1, 1, 2), tasks: [(to_m: (10, 1, 2)),
+                    (to_m: (20, 1, 2), dwell_s: 10), (to_m: (20, 10, 2), dwell_s: 5)]),
+                (name: "k2", airframe: "kolibri", start_m: (1, 18, 2)),
+            ],
+        )"#;
+        let mut world = planner::read_world(text).expect("in order");
+        let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        for _ in 0..2 {
+            let stops = stops(&plan, Some(&world), 0);
+            let told: Vec<_> = stops
+                .iter()
+                .map(|it| (it.what, it.until_s - it.from_s))
+                .collect();
+            let [("dwell", first_s), ("dwell", last_s)] = told[..] else {
+                panic!("{told:?}");
+            };
+            assert!(
+                (first_s - 10.0).abs() < 1e-6 && (last_s - 5.0).abs() < 1e-6,
+                "{told:?}"
+            );
+            world.drones.reverse();
+        }
     }
 
     #[test]

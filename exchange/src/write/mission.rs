@@ -48,6 +48,8 @@ pub struct Mission {
     home_m: Point3<f64>,
     /// Along its course (m/s).
     fastest_mps: f64,
+    /// It waits on the ground before it takes off, which no item holds.
+    waits_landed: bool,
 }
 
 impl Mission {
@@ -105,15 +107,27 @@ impl Mission {
             items.extend(kept.map(waypoint));
         }
         // It begins with a climb over its home; one that stands climbs as far as it does straight.
-        if course.starts_landed
-            && items.len() > 1
-            && (items[1].at_m.xy() - start_m.xy()).norm() < LINE_M
-        {
+        let takes_off = course.starts_landed && items.len() > 1;
+        let waits_landed = takes_off && items[0].hold_s > 0.0;
+        if takes_off && (items[1].at_m.xy() - start_m.xy()).norm() < LINE_M {
             items.remove(0);
+        } else if course.starts_landed {
+            items[0].hold_s = 0.0;
         }
-        items[0].command = TAKEOFF;
+        // Waypoints alone hold: the first parameter of a take-off is a pitch, that of a landing the
+        // height at which it is broken off.
+        let (at_m, hold_s) = (items[0].at_m, items[0].hold_s);
+        (items[0].command, items[0].hold_s) = (TAKEOFF, 0.0);
+        if hold_s > 0.0 {
+            let stay = Item {
+                command: WAYPOINT,
+                hold_s,
+                at_m,
+            };
+            items.insert(1, stay);
+        }
         if let Some(last) = items.last_mut().filter(|_| course.lands) {
-            last.command = LAND;
+            (last.command, last.hold_s) = (LAND, 0.0);
         }
         let home_z_m = match course.starts_landed {
             true => start_m.z,
@@ -123,7 +137,14 @@ impl Mission {
             items,
             home_m: Point3::new(start_m.x, start_m.y, home_z_m),
             fastest_mps,
+            waits_landed,
         }
+    }
+
+    /// It waits on the ground before it takes off, which no item holds.
+    #[must_use]
+    pub fn waits_landed(&self) -> bool {
+        self.waits_landed
     }
 
     /// How many items it has.

@@ -147,6 +147,23 @@ pub struct AirDelay {
     pub convection: Convection,
 }
 
+impl DronePlan {
+    /// Induced velocity at hover with the load of a time (s): what its exposure is measured by
+    /// then (m/s).
+    pub fn hover_mps(&self, t_s: f64) -> f64 {
+        let point = self.trajectory.point_at(t_s).unwrap_or(0);
+        let own_kg = self.airframe.mass_kg;
+        let mass_kg = self
+            .trajectory
+            .mass_kg
+            .get(point)
+            .copied()
+            .unwrap_or(own_kg);
+        let loaded = mass_kg / own_kg.max(f64::MIN_POSITIVE);
+        self.airframe.hover_induced_velocity_mps * loaded.sqrt()
+    }
+}
+
 /// Where every drone is at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sample {

@@ -279,8 +279,23 @@ fn of_drone(drone: &Drone, entry: &DronePlan, (world, plan): (&World, &Plan)) ->
     missing
 }
 
-/// The tasks, in order, each with its dwell and its load, and the time of the last arrival.
-fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
+/// When each task of a drone is reached, and when its dwell ends (s), in order, up to the first
+/// that is not reached; loads are not looked at.
+pub fn dwells(drone: &Drone, entry: &DronePlan) -> Vec<(f64, f64)> {
+    let Some(trajectory) = trajectory_of(drone, entry) else {
+        return Vec::new();
+    };
+    let mut since_s = 0.0;
+    let next = |task: &Task| {
+        let found = reached(&trajectory, task, since_s, None)?;
+        since_s = found.1;
+        Some(found)
+    };
+    drone.tasks.iter().map_while(next).collect()
+}
+
+/// What a drone flies, and where it stays after that.
+fn trajectory_of(drone: &Drone, entry: &DronePlan) -> Option<Trajectory> {
     // What stays after the last time may dwell as long as asked for.
     let longest_s: f64 = drone.tasks.iter().map(|it| it.dwell_s).sum();
     let held = drone.tasks.iter().filter_map(|it| it.during_s);
@@ -292,7 +307,12 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
         },
         AtEnd::Land | AtEnd::Leave => Tail::Gone,
     };
-    let Ok(trajectory) = Trajectory::new(&entry.trajectory, tail) else {
+    Trajectory::new(&entry.trajectory, tail).ok()
+}
+
+/// The tasks, in order, each with its dwell and its load, and the time of the last arrival.
+fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
+    let Some(trajectory) = trajectory_of(drone, entry) else {
         return vec!["its trajectory cannot be read".to_owned()];
     };
     let bare_kg = drone.vehicle.airframe.mass_kg();
@@ -303,7 +323,7 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
         let number = k + 1;
         let before_kg = mass_kg;
         mass_kg = task.load_kg.map_or(mass_kg, |load_kg| bare_kg + load_kg);
-        let Some((from_s, until_s)) = reached(&trajectory, task, since_s, mass_kg) else {
+        let Some((from_s, until_s)) = reached(&trajectory, task, since_s, Some(mass_kg)) else {
             missing.push(format!(
                 "task {number} at ({:.2}, {:.2}, {:.2}) is not reached after {since_s:.2} s, stayed at for {} s{} \
                  and left at {mass_kg:.3} kg",
@@ -339,8 +359,13 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
 }
 
 /// The first moment from a time on at which a task's place is reached, the dwell kept and the load
-/// taken up, and the end of that dwell (s).
-fn reached(trajectory: &Trajectory, task: &Task, since_s: f64, mass_kg: f64) -> Option<(f64, f64)> {
+/// taken up, where a mass is asked for, and the end of that dwell (s).
+fn reached(
+    trajectory: &Trajectory,
+    task: &Task,
+    since_s: f64,
+    mass_kg: Option<f64>,
+) -> Option<(f64, f64)> {
     let pieces = trajectory.pieces();
     let from = pieces.partition_point(|it| it.motion.until_s < since_s);
     for (k, piece) in pieces.iter().enumerate().skip(from) {
@@ -358,7 +383,8 @@ fn reached(trajectory: &Trajectory, task: &Task, since_s: f64, mass_kg: f64) -> 
         }
         let carries = |piece: &&Piece| piece.motion.until_s > there_s + SHORT_S;
         let carried = pieces[k..].iter().find(carries);
-        let is_loaded = carried.is_none_or(|it| same(it.mass_kg, mass_kg));
+        let carried = carried.zip(mass_kg);
+        let is_loaded = carried.is_none_or(|(it, mass_kg)| same(it.mass_kg, mass_kg));
         let (due_s, held_s) = task
             .during_s
             .map_or((f64::INFINITY, 0.0), |[due_s, held_s]| (due_s, held_s));

@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::airframes::airframes;
 use super::fields::{Field, Reader, whole, within};
@@ -25,7 +25,11 @@ use super::world::{Vehicle, World};
 use super::written::{self, At, Bounds, Written};
 use super::{Files, meaning, read};
 use crate::plan::file::{Claims, PlanFile};
+use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan};
+
+/// Room around all places where no bounds are given (m): chosen here.
+const ROOM_M: f64 = 1.0;
 
 /// Who is in a log or a show.
 pub(super) struct Members<'a> {
@@ -44,6 +48,26 @@ pub(super) struct FleetFile {
     problems: Vec<Problem>,
     /// Airframes that could not be read.
     spoilt: Vec<String>,
+}
+
+/// A box around some places, with room (m); its lower face is the floor, or, in whole millimetres,
+/// just below the lowest of them where that is lower: pads and noise.
+pub(super) fn around<'p>(
+    places_m: impl Iterator<Item = &'p Point3<f64>>,
+    floor_z_m: f64,
+) -> (Point3<f64>, Point3<f64>) {
+    let both = |(low_m, high_m): (Point3<f64>, Point3<f64>), (low_too_m, high_too_m)| {
+        (low_m.inf(&low_too_m), high_m.sup(&high_too_m))
+    };
+    let boxes = places_m.map(|it| (*it, *it));
+    let (low_m, high_m) = boxes.reduce(both).unwrap_or_default();
+    let room_m = Vector3::repeat(ROOM_M);
+    let (mut min_m, max_m) = (low_m - room_m, high_m + room_m);
+    min_m.z = match low_m.z < floor_z_m - SAME_PLACE_M {
+        true => (low_m.z * 1e3).floor() / 1e3,
+        false => floor_z_m,
+    };
+    (min_m, max_m)
 }
 
 /// Reads the text of a fleet's file.

@@ -11,11 +11,11 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use thiserror::Error;
 
 use super::Files;
-use super::fleet::{Members, as_plan, read_fleet, without_limits};
+use super::fleet::{Members, around, as_plan, read_fleet, without_limits};
 use super::limits::{MASS_KG, PLACE_M};
 use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
@@ -35,8 +35,6 @@ const SPEED_OVER_S: f64 = 0.5;
 const ENTERS_S: f64 = 1.0;
 /// A gap between samples longer than this is told (s): chosen here, twenty samples at 20 Hz.
 const GAP_S: f64 = 1.0;
-/// Room around the samples where no bounds are given (m): chosen here.
-const ROOM_M: f64 = 1.0;
 /// Times up to this are seconds of a log or of an epoch (s): chosen here, those since 1970 are
 /// below 2e9, in milliseconds above 1e12.
 const LATEST_S: f64 = 1e11;
@@ -209,8 +207,8 @@ pub fn samples_as_plan(
         return Err(FlownError::Samples(drone.clone()));
     }
     let fleet = read_fleet(fleet);
-    let mut places = samples.of.values().flatten().map(|it| it.position_m);
-    if fleet.floor_z_m().is_none() && places.all(|it| it.z < 0.0) {
+    let places_m = || samples.of.values().flatten().map(|it| &it.position_m);
+    if fleet.floor_z_m().is_none() && places_m().all(|it| it.z < 0.0) {
         return Err(FlownError::BelowFloor);
     }
     let firsts = samples.of.iter().map(|(name, of_one)| {
@@ -220,7 +218,7 @@ pub fn samples_as_plan(
     let members = Members {
         of: "log",
         firsts: firsts.collect(),
-        room_m: around(samples),
+        room_m: around(places_m(), fleet.floor_z_m().unwrap_or(0.0)),
     };
     let (world, mut remarks) = fleet.world(name, &members, files)?;
     let ends_s = samples
@@ -238,28 +236,6 @@ pub fn samples_as_plan(
     });
     let drones = drones.collect();
     Ok(as_plan(&world, drones, remarks))
-}
-
-/// A box around all samples; its floor is at 0, or a metre below the lowest where that is below.
-fn around(samples: &Samples) -> (Point3<f64>, Point3<f64>) {
-    let all = samples.of.values().flatten().map(|it| it.position_m);
-    let (low, high) = all.fold((None, None), |(low, high): (Option<Point3<f64>>, _), it| {
-        let low = low.map_or(it, |low| low.inf(&it));
-        let high: Point3<f64> = high.map_or(it, |high: Point3<f64>| high.sup(&it));
-        (Some(low), Some(high))
-    });
-    let (mut low, high) = (
-        low.unwrap_or(Point3::origin()),
-        high.unwrap_or(Point3::origin()),
-    );
-    let floor_m = if low.z > 0.0 {
-        0.0
-    } else {
-        (low.z - ROOM_M).floor()
-    };
-    low -= Vector3::repeat(ROOM_M);
-    low.z = floor_m;
-    (low, high + Vector3::repeat(ROOM_M))
 }
 
 /// What one drone flew.

@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 use super::Files;
-use super::fleet::{Members, as_plan, read_fleet, without_limits};
+use super::fleet::{Members, around, as_plan, read_fleet, without_limits};
 use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
 use super::solid::Solids;
@@ -25,8 +25,6 @@ const BELOW_M: f64 = 0.05;
 /// A drone whose last place is this near to where it would rest has landed (m), as the verifier has
 /// it.
 const LANDED_M: f64 = 0.01;
-/// Room around all places where no bounds are given (m): chosen here.
-const ROOM_M: f64 = 1.0;
 /// Changes of velocity in no time up to this are rounding in the file (m/s), chosen here: a
 /// millisecond in a tenth of a second at 2 m/s.
 const TOLD_TURN_MPS: f64 = 0.05;
@@ -109,7 +107,7 @@ pub fn intended_as_plan(
     let members = Members {
         of: "show",
         firsts: drones.iter().map(Intended::first).collect(),
-        room_m: around(&drones, floor_z_m),
+        room_m: around(drones.iter().flat_map(Intended::places_m), floor_z_m),
     };
     let (world, more) = fleet.world(name, &members, files)?;
     remarks.extend(more);
@@ -172,23 +170,6 @@ fn drones_from_zero(drones: &mut [Intended]) -> Vec<String> {
     let times = drones.iter_mut().flat_map(|it| &mut it.trajectory.t_s);
     times.for_each(|t_s| *t_s -= begins_s);
     vec![format!("time 0 is {begins_s} s of the file")]
-}
-
-/// A box around all places, with room; its lower face is the floor, or lower where pads are.
-fn around(drones: &[Intended], floor_z_m: f64) -> (Point3<f64>, Point3<f64>) {
-    let places_m = drones.iter().flat_map(Intended::places_m);
-    let first_m = drones[0].trajectory.position_m[0];
-    let (low_m, high_m) = places_m.fold((first_m, first_m), |(low_m, high_m), it| {
-        (low_m.inf(it), high_m.sup(it))
-    });
-    let room_m = Vector3::repeat(ROOM_M);
-    let (mut min_m, max_m) = (low_m - room_m, high_m + room_m);
-    // In whole millimetres, and not by rounding.
-    min_m.z = match low_m.z < floor_z_m - SAME_PLACE_M {
-        true => (low_m.z * 1e3).floor() / 1e3,
-        false => floor_z_m,
-    };
-    (min_m, max_m)
 }
 
 impl Intended {

@@ -100,13 +100,24 @@ class Plan:
         self._plan, self._world = plan, world
         self.data: dict[str, Any] = json.loads(plan.json())
         """All of it, as docs/formats.md has it."""
+        self.notes: list[str] = plan.notes
+        """What to know of it: how cells were chosen, which rules were given up (docs/formats.md);
+        of one that was loaded what was assumed."""
+        self._stated: str | None = None
         drones = self.data["drones"]
         self._drones = {it["name"]: DronePlan(self, k, it) for k, it in enumerate(drones)}
 
     @staticmethod
     def load(path: Union[str, os.PathLike[str]]) -> Plan:
-        """Reads a plan.json; raises ``PlanError`` where it is none."""
-        return Plan(_leeward.Plan.read(_text_of(path)))
+        """Reads a plan.json and judges it; raises ``PlanError`` where it is none.
+
+        Its figures are what follows from its trajectories; ``check`` names those that the file
+        states and that differ.
+        """
+        text = _text_of(path)
+        plan = Plan(_leeward.Plan.read(text))
+        plan._stated = text
+        return plan
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes it as a plan.json."""
@@ -320,7 +331,7 @@ def check(plan: Union[Plan, str, os.PathLike[str]], *, late: bool = False) -> Ch
     ``late``: also how late each drone may be, which takes longer. Raises ``PlanError``.
     """
     if isinstance(plan, Plan):
-        text = plan._plan.json()
+        text = plan._plan.json() if plan._stated is None else plan._stated
     else:
         text = _text_of(plan)
     found = json.loads(_leeward.check(text, late))

@@ -18,47 +18,63 @@ class Name(str):
 
 #: Keys whose values are such names.
 _NAMED = {"at_start", "at_end", "motion", "superposition", "convection"}
+#: Keys for which ``None`` is a value of its own; of others it is left out.
+_OR_NONE = {"convection"}
+#: Keys whose entries are named by who writes the scenario: a map of RON.
+_MAPS = {"airframes"}
 
 
 def text_of(scenario: Scenario) -> tuple[str, str, str]:
     """What to call it, its text, and the folder of the files that it cites."""
     if isinstance(scenario, Mapping):
         return "scenario", f"Scenario{_fields(scenario, 1)}", "."
-    if isinstance(scenario, str) and "(" in scenario:
+    if isinstance(scenario, str) and "(" in scenario and not os.path.isfile(scenario):
         return "scenario", scenario, "."
     path = Path(scenario)
     return str(path), path.read_text(encoding="utf-8"), str(path.parent)
 
 
-def _fields(entries: Mapping[str, Any], depth: int) -> str:
+def _fields(entries: Mapping[str, Any], depth: int, is_map: bool = False) -> str:
     pad = "    " * depth
     lines = [
-        f"{pad}{key}: {_value(value, key, depth)},\n"
+        f"{pad}{_text(key) if is_map else key}: {_value(value, key, depth)},\n"
         for key, value in entries.items()
-        if value is not None
+        if value is not None or key in _OR_NONE
     ]
-    return "(\n" + "".join(lines) + "    " * (depth - 1) + ")"
+    begins, ends = "{}" if is_map else "()"
+    return f"{begins}\n" + "".join(lines) + "    " * (depth - 1) + ends
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _value(value: Any, key: str, depth: int) -> str:
+    value = _plain(value)
     if isinstance(value, Name) or (isinstance(value, str) and key in _NAMED):
         return str(value)
     if isinstance(value, Mapping):
-        return _fields(value, depth + 1)
+        return _fields(value, depth + 1, key in _MAPS)
+    if value is None and key in _OR_NONE:
+        return "None"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
+        return _text(value)
     if isinstance(value, int):
         return str(value)
-    if hasattr(value, "tolist"):
-        value = value.tolist()
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{key} is {value}, no number that a scenario may have")
         return repr(value)
     if isinstance(value, (list, tuple)):
         inside = ", ".join(_value(it, "", depth + 1) for it in value)
-        is_place = len(value) == 3 and all(isinstance(it, (int, float)) for it in value)
-        return f"({inside})" if isinstance(value, tuple) or is_place else f"[{inside}]"
+        numbers = all(isinstance(_plain(it), (int, float)) for it in value)
+        is_tuple = isinstance(value, tuple) or (numbers and len(value) in (2, 3))
+        return f"({inside})" if is_tuple else f"[{inside}]"
     raise TypeError(f"{key} is a {type(value).__name__}, nothing that a scenario has")
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's arrays and numbers as Python's own."""
+    return value.tolist() if hasattr(value, "tolist") else value

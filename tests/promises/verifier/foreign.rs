@@ -510,6 +510,19 @@ fn a_log_at_20_hz_is_judged_by_what_was_flown() {
 }
 
 #[test]
+fn a_drone_of_a_log_that_stands_at_zero_or_in_noise_below_it_stands_on_the_floor() {
+    let fleet = r#"Fleet(airframe: "matrice-300")"#;
+    for (z_m, floor) in [("0", "z = 0 m"), ("-0.01", "z = -0.01 m")] {
+        let rows = "t_s,drone,x_m,y_m,z_m\n0,a,1,1,2\n5,a,5,1,2\n10,a,9,1,2\n";
+        let file = flown(&format!("{rows}0,b,5,1,{z_m}\n10,b,5,1,{z_m}\n"), fleet).unwrap();
+        let told = &file.remarks;
+        assert!(told.iter().any(|it| it.contains(floor)), "{told:?}");
+        assert_eq!(file.plan.drones[1].at_start, AtStart::Landed);
+        assert_eq!(examine(&file, false).plan.violations, []);
+    }
+}
+
+#[test]
 fn what_is_wrong_with_a_log_is_told_with_its_line() {
     let told = |text: &str, fleet: &str| flown(text, fleet).unwrap_err().to_string();
     assert!(told("t_s,drone,x_m\n0,a,1\n", FLEET).contains("y_m, z_m"));
