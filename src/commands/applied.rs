@@ -7,13 +7,15 @@ use diagnosis::campaign::{Applied, CampaignOptions, Compared, apply, apply_campa
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding_file::{FindingFile, read_finding};
 use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::{Remark, RemarkKind};
 
 use super::diagnose::{amount, is_log};
+use super::recordings::RemarkOf;
 use crate::io::failure::Failure;
 use crate::io::files::{self, MOST_SCENARIO_BYTES};
 use crate::plots;
 use crate::report::sections::{Figure, Part, Report};
-use crate::report::words::{count, joined, tally};
+use crate::report::words::{channel_words, count, joined, tally};
 
 /// Rows of the table by flight at a terminal; the page and the JSON have all.
 const SHOWN: usize = 12;
@@ -51,6 +53,21 @@ pub(crate) fn judge(
     applied.ok_or_else(|| Failure::nothing_to_compare(recordings.iter()))
 }
 
+/// A remark on every recording, from one on, that has nothing of what was compared.
+pub(crate) fn not_judged(
+    recordings: &[Recording],
+    from: usize,
+    applied: &Applied,
+) -> Vec<RemarkOf> {
+    let is_judged = |at: usize| applied.plain.iter().any(|(of, _)| *of == at);
+    let channel = channel_words(applied.channel).quantity;
+    let message = format!("not judged: no {channel} that could be simulated");
+    let remark = Remark::new(RemarkKind::Unused, None, message);
+    let others = recordings.iter().enumerate().skip(from);
+    let others = others.filter(|(at, _)| !is_judged(*at));
+    others.map(|(_, one)| RemarkOf::new(one, &remark)).collect()
+}
+
 /// Whether it predicts these recordings better than the simulation as it is, nothing fitted.
 pub(crate) fn helps(applied: &Applied) -> bool {
     let all = applied.all.first();
@@ -69,7 +86,7 @@ pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingF
             "{name} began at {t_s:.0} s of the recording that it was found in, which no other recording's clock tells: it is applied from the first second on."
         ))
     });
-    let how = "Nothing is fitted to these recordings. Offset: one a drone or probe and recording is taken off, before and after alike. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six.";
+    let how = "Nothing is fitted to these recordings. Offset: one a drone or probe and recording is taken off, before and after alike. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six; none of a single block.";
     let table = |rows: &[Compared]| {
         let headings = "where | offset | rows | recordings | rms before | after (95 %) | R2 before | after (95 %) | gained (95 %)";
         let rows = rows.iter().map(|row| cells(row, applied.channel));
@@ -86,15 +103,22 @@ pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingF
 }
 
 fn cells(row: &Compared, channel: Channel) -> Vec<String> {
-    let [low, after, high] = row.rms_after.map(|value| amount(value, channel));
-    let r2 = |[low, value, high]: [f64; 3]| format!("{value:.3} ({low:.3} to {high:.3})");
+    // One block has no interval.
+    let with_ends = |[low, value, high]: [f64; 3], word: &dyn Fn(f64) -> String| match low
+        .is_finite()
+        && high.is_finite()
+    {
+        true => format!("{} ({} to {})", word(value), word(low), word(high)),
+        false => word(value),
+    };
+    let r2 = |of: [f64; 3]| with_ends(of, &|value| format!("{value:.3}"));
     vec![
         row.rows_where.clone(),
         ["none", "one each"][usize::from(row.has_offsets)].to_owned(),
         row.rows.to_string(),
         row.recordings.to_string(),
         amount(row.rms_before, channel),
-        format!("{after} ({low} to {high})"),
+        with_ends(row.rms_after, &|value| amount(value, channel)),
         format!("{:.3}", row.r2_before),
         r2(row.r2_after),
         r2(row.r2_gained),
@@ -123,11 +147,9 @@ pub(crate) fn figures(name: &str, recordings: &[Recording], applied: &Applied) -
 /// `967 values of 1 recording (1 Kolibri), to which nothing was fitted`.
 pub(crate) fn lead(recordings: &[Recording], applied: &Applied) -> String {
     let rows = applied.all.first().map_or(0, |all| all.rows);
-    let kinds = tally(
-        recordings
-            .iter()
-            .flat_map(|one| one.vehicles.iter().map(|vehicle| vehicle.airframe.name())),
-    );
+    let judged = applied.plain.iter().map(|(of, _)| &recordings[*of]);
+    let vehicles = judged.flat_map(|one| &one.vehicles);
+    let kinds = tally(vehicles.map(|vehicle| vehicle.airframe.name()));
     let kinds = kinds
         .iter()
         .map(|(name, number)| format!("{number} {name}"));

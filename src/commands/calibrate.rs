@@ -6,7 +6,7 @@ mod words;
 use clap::Args;
 use diagnosis::calibrate::{Options, Verdict, calibrate, jet_ron};
 
-use super::recordings::{Asked, Read, sentences};
+use super::recordings::{Asked, Read, Remarked, noticed, sentences};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::io::progress::Progress;
@@ -17,7 +17,7 @@ use crate::report::sections::Part;
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// Seed of the bootstrap draws
+    /// Seed of the draws of signs behind the p-value of the misfit
     #[arg(long, default_value_t = 0)]
     seed: u64,
 }
@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let Read {
         recordings,
         name,
-        left_out,
+        mut left_out,
     } = arguments.asked.read()?;
     let options = Options {
         seed: arguments.seed,
@@ -38,14 +38,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     progress.finish();
     let figures = plots::calibration::draw(&name, &found, &recordings);
     let mut report = words::report(&name, &found, figures);
+    left_out.extend(noticed(&recordings));
+    let remarks = &left_out;
     report.section(
         "Remarks",
-        Part::list(sentences(&left_out, "calibration.json")),
+        Part::list(sentences(remarks, "calibration.json")),
     );
+    let answer = Remarked {
+        answer: &found,
+        remarks,
+    };
     let json = ("calibration.json", usize::MAX, "calibration/1");
     let jet = ("jet.ron".to_owned(), jet_ron(&found));
     arguments
         .asked
-        .deliver((&name, &report), json, &found, vec![jet])?;
+        .deliver((&name, &report), json, &answer, vec![jet])?;
     Ok(Answer::from(found.goodness.verdict != Verdict::Poor))
 }

@@ -17,7 +17,7 @@ use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
 use super::answers::Printed;
-use super::recordings::{Asked, Read, RemarkOf, noticed, sentences};
+use super::recordings::{Asked, Read, RemarkOf, Remarked, noticed, sentences};
 use super::{applied, by_name};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
@@ -76,14 +76,6 @@ pub(crate) struct Arguments {
 /// Of a judgement of a finding, in `judged.json`.
 const JUDGED: (&str, usize, &str) = ("judged.json", 3, "judged/1");
 
-/// An answer with what was noticed about its recordings.
-#[derive(Serialize)]
-struct Remarked<'a, T> {
-    #[serde(flatten)]
-    answer: &'a T,
-    remarks: &'a [RemarkOf],
-}
-
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "diagnosis.json";
 /// Of [`MAIN`].
@@ -96,6 +88,14 @@ const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Powe
 /// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole
 /// flights held out.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let shared = arguments.asked.shared_with(&arguments.judge);
+    if !shared.is_empty() {
+        let refused = shared.into_iter().map(|path| {
+            let path = path.display();
+            format!("--judge {path}: what is found is fitted to it; name recordings that are not diagnosed")
+        });
+        return Err(Failure::Inapplicable(refused.collect()));
+    }
     let Read {
         recordings,
         name,
@@ -113,9 +113,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         let finding = applied::read(finding)?;
         let asked = (&arguments.asked, arguments.channel);
         let read = (&recordings[..], left_out);
-        return judge(asked, read, Vec::new(), (&name, &finding));
+        return judge(asked, read, 0, (&name, &finding));
     }
-    let format = arguments.asked.format;
     match (are_logs, &arguments.normal) {
         (true, Some(normal)) => {
             let names = hardware::Names {
@@ -123,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 drones: &arguments.drones,
                 sessions: &arguments.sessions,
             };
-            return hardware::run(format, &recordings, names);
+            return hardware::run(&arguments.asked, &name, (&recordings, left_out), names);
         }
         (true, None) => {
             let (answer, found) = run_flights(arguments, (&recordings, left_out), &name)?;
@@ -135,6 +134,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         }
         _ => {}
     }
+    let namesakes = recordings
+        .windows(2)
+        .filter(|two| two[0].name == two[1].name);
+    let mut namesakes: Vec<String> = namesakes.map(|two| two[0].name.clone()).collect();
+    namesakes.dedup();
+    if !namesakes.is_empty() {
+        return Err(Failure::Namesakes(namesakes));
+    }
     let (found, errors) = diagnose_all(&recordings, arguments.channel);
     match found.as_slice() {
         [] => return Err(Failure::Diagnose(errors)),
@@ -143,7 +150,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             let read = (&recordings[..], left_out);
             deliver(&arguments.asked, (&name, report), finding, (read, finding))?;
         }
-        several => deliver_all(&arguments.asked, &name, several, &left_out)?,
+        several => deliver_all(&arguments.asked, &name, several, left_out)?,
     }
     if !errors.is_empty() {
         return Err(Failure::Diagnose(errors));
@@ -174,28 +181,31 @@ fn judge_others(
     let others = arguments.asked.read_at(&arguments.judge)?;
     let from = own.len();
     let recordings = [own, others.recordings].concat();
-    let judged = (from..recordings.len()).collect();
     let folder = arguments.asked.folder(name, MAIN)?.path.join("judged");
     let asked = arguments.asked.after(folder);
     let helps = judge(
         (&asked, arguments.channel),
         (&recordings, others.left_out),
-        judged,
+        from,
         (name, &file),
     )?;
     Ok(answer.and(helps))
 }
 
-/// A finding held against recordings: answers no where it predicts them no better.
+/// A finding held against recordings, from one of them on: answers no where it predicts them no
+/// better.
 fn judge(
     (asked, channel): (&Asked, Option<Channel>),
-    (recordings, left_out): (&[Recording], Vec<RemarkOf>),
-    judged: Vec<usize>,
+    (recordings, mut remarks): (&[Recording], Vec<RemarkOf>),
+    from: usize,
     (name, finding): (&str, &FindingFile),
 ) -> Result<Answer, Failure> {
     let progress = Progress::start("judging a finding", 1);
+    let judged = (from..recordings.len()).collect();
     let applied = applied::judge(recordings, judged, channel, finding)?;
     progress.finish();
+    remarks.extend(noticed(&recordings[from..]));
+    remarks.extend(applied::not_judged(recordings, from, &applied));
     let helps = applied::helps(&applied);
     let title = match helps {
         true => format!("{name}: the finding predicts these recordings better"),
@@ -208,10 +218,10 @@ fn judge(
         "Residuals before and after",
         figures.map(Part::Figure).collect(),
     );
-    remark(&mut report, &left_out);
+    report.section("Remarks", Part::list(sentences(&remarks, JUDGED.0)));
     let answer = Remarked {
         answer: &applied,
-        remarks: &left_out,
+        remarks: &remarks,
     };
     asked.deliver((name, &report), JUDGED, &answer, Vec::new())?;
     Ok(Answer::from(helps))
@@ -263,16 +273,20 @@ fn remark<'r>(report: &mut Report, remarks: impl IntoIterator<Item = &'r RemarkO
     report.section("Remarks", Part::list(sentences(remarks, MAIN)));
 }
 
-/// Writes each finding to a folder of its own, and prints a line of each.
+/// Writes each finding to a folder of its own, and prints a line of each. What is left out stands
+/// with the first.
 fn deliver_all(
     asked: &Asked,
     name: &str,
     found: &[(&Recording, Finding)],
-    left_out: &[RemarkOf],
+    mut left_out: Vec<RemarkOf>,
 ) -> Result<(), Failure> {
     let out = asked.folder(name, MAIN)?.path;
-    let remarks_of =
-        |(recording, _): &(&Recording, Finding)| noticed(std::slice::from_ref(*recording));
+    let remarks_of = |(recording, _): &(&Recording, Finding)| {
+        let mut remarks = std::mem::take(&mut left_out);
+        remarks.extend(noticed(std::slice::from_ref(*recording)));
+        remarks
+    };
     let noticed: Vec<Vec<RemarkOf>> = found.iter().map(remarks_of).collect();
     let remarked = found.iter().zip(&noticed);
     let remarked = remarked.map(|((_, answer), remarks)| Remarked { answer, remarks });
@@ -301,10 +315,7 @@ fn deliver_all(
         }
         Format::Text => {
             let mut summary = words::summary(found);
-            remark(
-                &mut summary,
-                left_out.iter().chain(noticed.iter().flatten()),
-            );
+            remark(&mut summary, noticed.iter().flatten());
             format!(
                 "{}\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
                 summary.text(),

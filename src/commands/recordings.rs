@@ -1,5 +1,6 @@
 //! What the commands on recordings share: their arguments, and how they answer.
 
+use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -65,6 +66,14 @@ pub(crate) struct Read {
     pub(crate) left_out: Vec<RemarkOf>,
 }
 
+/// An answer with what was noticed about its recordings.
+#[derive(Serialize)]
+pub(crate) struct Remarked<'a, T> {
+    #[serde(flatten)]
+    pub(crate) answer: &'a T,
+    pub(crate) remarks: &'a [RemarkOf],
+}
+
 /// What reading these recordings and simulating their probes and receivers noticed.
 pub(crate) fn noticed(recordings: &[Recording]) -> Vec<RemarkOf> {
     let of = |recording: &Recording| {
@@ -105,6 +114,20 @@ impl Asked {
     /// Every recording, sorted by name.
     pub(crate) fn read(&self) -> Result<Read, Failure> {
         self.read_at(&self.recordings)
+    }
+
+    /// Those of other paths that are, or hold, or lie in what is asked about.
+    pub(crate) fn shared_with<'p>(&self, others: &'p [PathBuf]) -> Vec<&'p PathBuf> {
+        let whole = |path: &PathBuf| fs::canonicalize(path).ok();
+        let own: Vec<PathBuf> = self.recordings.iter().filter_map(whole).collect();
+        let is_shared = |path: &PathBuf| {
+            own.iter()
+                .any(|own| own.starts_with(path) || path.starts_with(own))
+        };
+        let others = others.iter();
+        others
+            .filter(|path| whole(path).is_some_and(|path| is_shared(&path)))
+            .collect()
     }
 
     /// More recordings, read with the same campaign file.

@@ -53,6 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let judged = |finding: &FindingFile| {
         let judged = applied::judge(&recordings, Vec::new(), None, finding)?;
         let figures = applied::figures(&name, &recordings, &judged);
+        left_out.extend(applied::not_judged(&recordings, 0, &judged));
         Ok::<_, Failure>((judged, figures))
     };
     let judged = finding.as_ref().map(judged).transpose()?;
@@ -60,18 +61,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Some((judged, figures)) => (Some(judged), figures),
         None => (None, Vec::new()),
     };
-    let thrust_maps = forces::identify_all(&mut recordings);
+    // Before the recordings hold maps that were identified in all of them.
     let held_out = arguments
         .held_out
         .then(|| skill::held_out(&recordings))
         .transpose()
         .map_err(Failure::HeldOut)?;
+    let thrust_maps = forces::identify_all(&mut recordings);
     let all = simulate_all(recordings);
     let samples: Vec<Sample> = all.iter().flat_map(|one| &one.samples).copied().collect();
-    let Some(first) = all.first().filter(|_| !samples.is_empty()) else {
+    if samples.is_empty() {
         let recordings = all.iter().map(|one| &one.recording);
         return Err(Failure::nothing_to_compare(recordings));
-    };
+    }
     let scatter_n = |airframe: &str| {
         let map = thrust_maps.iter().find(|map| map.airframe == airframe)?;
         Some(map.identification.scatter_n)
@@ -83,8 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let printed = Printed {
         recordings: all.iter().map(|one| one.recording.name.as_str()).collect(),
         samples: samples.len(),
-        // One campaign has one instrument and one floor: those of its first recording.
-        regions: by_region(&first.recording, &samples),
+        regions: by_region(&simulated),
         thrust_maps,
         held_out,
         applied: judged,

@@ -91,6 +91,12 @@ pub(crate) enum Failure {
     /// One error a recording.
     #[error("{}", joined(.0, "; "))]
     Diagnose(Vec<DiagnoseError>),
+    /// Each is written to a folder of its name.
+    #[error(
+        "several recordings are called `{}`, and each is written to a folder of its name: diagnose them apart",
+        .0.join("`, and several `")
+    )]
+    Namesakes(Vec<String>),
     #[error("--judge holds one finding against other recordings, and there are {0}")]
     SeveralToJudge(usize),
     #[error("{}: no finding: {error}", path.display())]

@@ -50,7 +50,7 @@ pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
 
 /// The commands that write folders: the file by which one knows theirs, the command, and where it
 /// writes unless it is told.
-const WRITERS: [(&str, &str, &str); 13] = [
+const WRITERS: [(&str, &str, &str); 14] = [
     ("plan.json", "plan SCENARIO", "out"),
     ("checked.json", "plan check", "out/check"),
     ("flight.json", "plan fly", "out/fly"),
@@ -63,6 +63,7 @@ const WRITERS: [(&str, &str, &str); 13] = [
     ("calibration.json", "plan calibrate", "out/calibrate"),
     ("diagnosis.json", "plan diagnose", "out/diagnose"),
     ("judged.json", "plan diagnose --finding", "out/judged"),
+    ("hardware.json", "plan diagnose --normal", "out/hardware"),
     ("marks.json", "plan prove", "out"),
 ];
 

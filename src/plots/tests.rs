@@ -117,7 +117,6 @@ fn calibration() -> Calibration {
             resampling: Resampling {
                 unit: Unit::Flight,
                 units: 5,
-                draws: 100,
                 block_s: None,
             },
             centreline_if_one_gain: centreline.interval,

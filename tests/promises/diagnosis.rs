@@ -28,6 +28,14 @@ fn texts(output: &Output) -> (i32, &str, &str) {
     )
 }
 
+/// A recording once more, under another name.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for file in ["meta.json", "vehicles.csv", "probes.csv"] {
+        fs::copy(from.join(file), to.join(file)).unwrap();
+    }
+}
+
 fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
@@ -134,6 +142,107 @@ fn several_recordings_are_a_list_and_each_has_its_folder() {
 }
 
 #[test]
+fn recordings_of_one_name_are_refused_for_their_folders_would_be_one() {
+    let desk = tempfile::tempdir().unwrap();
+    for day in ["a", "b"] {
+        copy(&draughty(), &desk.path().join(day).join("hall"));
+    }
+    let output = plan(desk.path(), &["diagnose", "a/hall", "b/hall"]);
+    let (code, printed, errors) = texts(&output);
+    assert_eq!((code, printed), (2, ""));
+    assert!(
+        errors.contains("several recordings are called `hall`"),
+        "{errors}"
+    );
+    assert!(!desk.path().join("out").exists());
+}
+
+/// Whether remarks of an answer say something.
+fn says(answer: &Value, what: &str) -> bool {
+    let remarks = answer["remarks"].as_array().unwrap().iter();
+    let mut messages = remarks.map(|remark| remark["message"].as_str().unwrap());
+    messages.any(|message| message.contains(what))
+}
+
+#[test]
+fn what_is_left_out_is_told_by_every_answer() {
+    let desk = tempfile::tempdir().unwrap();
+    let set = desk.path().join("set");
+    for name in ["one", "two", "spoilt"] {
+        copy(&draughty(), &set.join(name));
+    }
+    fs::write(set.join("spoilt/meta.json"), "{}").unwrap();
+    let asked = |arguments: &[&str]| {
+        let output = plan(desk.path(), &[arguments, &["--format", "json"]].concat());
+        assert_eq!(texts(&output).0, 0, "{}", texts(&output).2);
+        json(&output)
+    };
+    let found = asked(&["diagnose", "set", "--out", "found"]);
+    assert!(
+        says(&found[0], "spoilt is left out"),
+        "{}",
+        found[0]["remarks"]
+    );
+    // A recording without what the others are compared by.
+    let mut meta: Value =
+        serde_json::from_str(&fs::read_to_string(set.join("two/meta.json")).unwrap()).unwrap();
+    meta["channels"] = serde_json::json!(["vehicles.csv"]);
+    meta.as_object_mut().unwrap().remove("probe");
+    fs::write(set.join("two/meta.json"), meta.to_string()).unwrap();
+    let finding = "found/one/finding.ron";
+    for command in ["diagnose", "simulate"] {
+        let judged = asked(&[command, "set", "--finding", finding]);
+        assert!(says(&judged, "spoilt is left out"), "{}", judged["remarks"]);
+        assert!(says(&judged, "not judged"), "{}", judged["remarks"]);
+    }
+    let text = plan(desk.path(), &["diagnose", "set", "--finding", finding]);
+    let lead = "967 values of 1 recording (1 Kolibri), to which nothing was fitted";
+    assert!(texts(&text).1.contains(lead), "{}", texts(&text).1);
+}
+
+#[test]
+fn flights_against_normal_ones_are_written_and_what_is_left_out_is_told() {
+    let desk = tempfile::tempdir().unwrap();
+    let campaign = r#"(name: "pads", air: (temperature_c: 20), vehicles: { "c": "d" }, types: { "d": (
+        mass_kg: Stated(0.03), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092)) })"#;
+    let flights = desk.path().join("pads");
+    fs::create_dir(&flights).unwrap();
+    fs::write(flights.join("campaign.ron"), campaign).unwrap();
+    for (name, seed) in [
+        ("normal_1", 1_u32),
+        ("normal_2", 2),
+        ("normal_3", 3),
+        ("changed", 4),
+    ] {
+        let row = |tick: u32| {
+            let duty = 0.5 + 0.001 * f64::from((tick * 7 + seed * 3) % 11);
+            format!(
+                "{},0,0,1,{duty},{duty},{duty},{duty},3.9\n",
+                0.02 * f64::from(tick)
+            )
+        };
+        let rows: String = (0..1000).map(row).collect();
+        let header = "t_s,x_m,y_m,z_m,pwm1_ratio,pwm2_ratio,pwm3_ratio,pwm4_ratio,vbat_v\n";
+        fs::write(
+            flights.join(format!("{name}.csv")),
+            header.to_owned() + &rows,
+        )
+        .unwrap();
+    }
+    fs::write(flights.join("spoilt.csv"), "t_s,x_m\n0,1\n").unwrap();
+    let arguments = ["diagnose", "pads", "--normal", "normal", "--out", "found"];
+    let output = plan(desk.path(), &arguments);
+    let (code, printed, errors) = texts(&output);
+    assert_eq!((code, errors), (0, ""), "{printed}");
+    assert!(printed.contains("spoilt.csv is left out"), "{printed}");
+    let written = fs::read_to_string(desk.path().join("found/hardware.json")).unwrap();
+    let written: Value = serde_json::from_str(&written).unwrap();
+    assert_eq!(written["format"], "hardware/1");
+    assert!(says(&written, "spoilt.csv is left out"));
+    assert!(desk.path().join("found/report.html").is_file());
+}
+
+#[test]
 fn a_recording_that_cannot_be_diagnosed_is_a_bad_question() {
     let desk = tempfile::tempdir().unwrap();
     let short = desk.path().join("short");
@@ -203,8 +312,15 @@ fn a_synthetic_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
 fn a_finding_is_held_against_recordings_that_nothing_is_fitted_to() {
     let desk = tempfile::tempdir().unwrap();
     let recording = draughty().display().to_string();
-    let arguments = ["diagnose", &recording, "--judge", &recording];
-    let output = plan(desk.path(), &arguments);
+    // Not against what it was fitted to, which may be named in several ways.
+    for own in [recording.clone(), format!("{recording}/../draughty-hall")] {
+        let output = plan(desk.path(), &["diagnose", &recording, "--judge", &own]);
+        let (code, printed, errors) = texts(&output);
+        assert_eq!((code, printed), (2, ""));
+        assert!(errors.contains("what is found is fitted to it"), "{errors}");
+    }
+    copy(&draughty(), &desk.path().join("another"));
+    let output = plan(desk.path(), &["diagnose", &recording, "--judge", "another"]);
     let (code, printed, errors) = texts(&output);
     assert_eq!((code, errors), (0, ""), "{printed}");
     assert!(

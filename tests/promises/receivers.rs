@@ -310,6 +310,29 @@ fn the_same_force_is_told_by_rotor_speeds_by_thrust_and_as_it_stands() {
 }
 
 #[test]
+fn of_a_stated_thrust_map_nothing_but_the_offset_is_identified_and_without_flights_it_stands() {
+    let stated = |mut flight: Recording| {
+        let vehicles = flight.vehicles.iter_mut();
+        vehicles.for_each(|vehicle| vehicle.thrust_map = Some(truth()));
+        flight
+    };
+    let pairs = || (1..=4).map(|seed| stated(pair(seed, 0.0)));
+    let flights: Vec<Recording> = (1..=4).map(alone).map(stated).chain(pairs()).collect();
+    let skill = held_out_force(&flights, &[], &ForceTest::default()).unwrap();
+    let others = |map: &ThrustMap| map.terms().filter(|(term, _)| *term != OFFSET[0]).collect();
+    for of in &skill.maps {
+        let (found, known): (Vec<_>, Vec<_>) = (others(&of.found.map), others(&truth()));
+        assert_eq!((found, of.found.map.lag_s()), (known, LAG_S));
+        assert!(of.found.rows > 0 && of.found.offset_n.abs() < 0.25);
+    }
+    assert!(skill.r2_disc_mean > 0.98, "{}", skill.r2_disc_mean);
+    // No other flight to find an offset in.
+    let one: Vec<Recording> = pairs().take(1).collect();
+    let skill = held_out_force(&one, &[], &ForceTest::default()).unwrap();
+    assert_eq!(skill.maps[0].found.map, truth());
+}
+
+#[test]
 fn one_flight_alone_has_no_thrust_map_to_be_judged_by() {
     let error = held_out_force(&[alone(1)], &[], &ForceTest::default()).unwrap_err();
     let ForceTestError::Identify(failed) = &error else {

@@ -173,6 +173,13 @@ fn the_jet_is_calibrated_from_the_recordings_that_ship() {
     assert_eq!((code, errors), (0, ""));
     let printed: Value = serde_json::from_str(printed).unwrap();
     assert_eq!(printed["format"], "calibration/1");
+    let first = &printed["remarks"][0];
+    assert!(
+        first["recording"].is_string() && first["message"].is_string(),
+        "{first}"
+    );
+    let page = fs::read_to_string(desk.path().join("here/report.html")).unwrap();
+    assert!(page.contains("jackknife") && !page.contains("bootstrap"));
     // Made from the paper's jet: what made them lies in the intervals.
     for (name, truth) in [
         ("centreline", 10.11),

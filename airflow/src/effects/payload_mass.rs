@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "U -> U sqrt(m/m0) from t0 on",
     description: "the drone is heavier or lighter than stated",
     parameters: &[
-        Parameter::ratio("mass_factor", &["m/m0"], 1.0, [0.4, 2.5]).fit(0.3, 3.0),
+        Parameter::ratio("mass_factor", &["m/m0"], 1.0, [0.4, 2.5]),
         Parameter {
             neutral: f64::NEG_INFINITY,
             fit_over: FitOver::Recording,

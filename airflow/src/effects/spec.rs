@@ -217,6 +217,18 @@ mod tests {
     }
 
     #[test]
+    fn what_a_fit_may_take_a_file_may_hold() {
+        for spec in EFFECTS {
+            let in_units = spec.parameters.iter();
+            let in_units = in_units.filter(|of| of.fit_over == FitOver::Unit);
+            for (of, fit) in in_units.filter_map(|of| Some((of, of.fit?))) {
+                let is_readable = of.range[0] <= fit[0] && fit[1] <= of.range[1];
+                assert!(is_readable, "{} {}", spec.name, of.key);
+            }
+        }
+    }
+
+    #[test]
     fn every_row_sets_and_reads_its_own_field_and_no_name_is_given_twice() {
         let mut names = std::collections::BTreeSet::new();
         for spec in EFFECTS {

@@ -123,7 +123,7 @@ pub fn calibrate(
     }
     let units = units(&joint, FEWEST_FLIGHTS).ok_or(CalibrateError::Undetermined)?;
     let spread = spread(&units).ok_or(CalibrateError::Undetermined)?;
-    let jet = fitted_jet(&joint, &units, &spread, options.draws);
+    let jet = fitted_jet(&joint, &units, &spread);
     let of_drone = |drone: usize| {
         let measured = |samples, cells| Measured {
             drone,
@@ -150,7 +150,7 @@ pub fn calibrate(
     })
 }
 
-fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread, draws: usize) -> FittedJet {
+fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread) -> FittedJet {
     let estimate = |k: usize| Estimate {
         value: joint.constants[k],
         interval: spread.interval(k, joint.constants[k], 0.0),
@@ -176,7 +176,6 @@ fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread, draws: usize) -
         resampling: Resampling {
             unit: units.unit,
             units: units.units.len(),
-            draws,
             block_s: units.block_s,
         },
         centreline_if_one_gain: spread.interval(0, joint.constants[0], extra),

@@ -15,7 +15,7 @@ pub struct Options {
     /// because round jets have about 0.2 on the axis (Panchapakesan & Lumley 1993, J. Fluid Mech.
     /// 246:197), which would lower `B` by 4 %.
     pub lateral_turbulence: f64,
-    /// Bootstrap draws.
+    /// How often the flights' or blocks' signs are drawn, for the p-value of the misfit.
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -123,25 +123,23 @@ pub struct Correlation {
     pub spreading_origin: f64,
 }
 
-/// What was resampled.
+/// What was left out one at a time for the intervals: jackknife errors times Student's t.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub struct Resampling {
-    /// What was drawn as a whole.
+    /// What was left out as a whole.
     pub unit: Unit,
     /// How many there are.
     pub units: usize,
-    /// How many bootstrap draws.
-    pub draws: usize,
-    /// Shortest block (s), where blocks were drawn.
+    /// Shortest block (s), where blocks were left out.
     pub block_s: Option<f64>,
 }
 
-/// What resampling draws as a whole.
+/// What is left out as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unit {
-    /// Whole flights: gain and background of a flight are drawn with it.
+    /// Whole flights: gain and background of a flight are left out with it.
     Flight,
     /// Blocks of time, where there are too few flights; the probe's stated accuracy is then added.
     Block,

@@ -1,10 +1,10 @@
 //! How far to trust the three constants: what each flight or block of time says about them, and 95
 //! % intervals that cover with a handful of flights.
 //!
-//! Near the fit the constants answer linearly, so drawing flights anew needs no new fit: a draw in
-//! which flight `f` occurs `n_f` times moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by
-//! three. A flight's own gain and zero are eliminated within its `A_f` and `s_f`, so they are drawn
-//! with it.
+//! Near the fit the constants answer linearly, so weighing flights anew needs no new fit: flight `f`
+//! counted `n_f` times (0: left out) moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by
+//! three. A flight's own gain and zero are eliminated within its `A_f` and `s_f`, so they go with
+//! it.
 //!
 //! The standard error is the jackknife's (leave out one flight, or one block, at a time). With few
 //! and unequal flights it is biased and Student's t with one degree less than flights is too

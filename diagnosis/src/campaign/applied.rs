@@ -39,7 +39,7 @@ pub struct Applied {
 
 /// Errors before and after over some rows, in the channel's unit. Intervals are 95 % by bootstrap
 /// over whole recordings, or over blocks of time where there are fewer than six recordings: lower
-/// end, value, upper end.
+/// end, value, upper end. The ends are not numbers where there is one block.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Compared {
     /// Which rows.
@@ -109,7 +109,7 @@ pub fn apply(
 /// the one that is judged; recordings that are not judged serve them too.
 ///
 /// # Errors
-/// No force, no thrust map, or too few flights.
+/// No force, or no thrust map.
 pub fn apply_campaign(
     recordings: &[Recording],
     options: &CampaignOptions,
@@ -148,9 +148,6 @@ pub fn apply_campaign(
         flight.series.push(part.vehicle);
         let is_under = beside_m[row] < UNDER_M && height_m[row] > ABOVE_FLOOR_M;
         flight.is_under.push(is_under);
-    }
-    if flights.len() < FOLDS {
-        return Err(CampaignError::TooFew(flights.len()));
     }
     for flight in &mut flights {
         let times_s: Vec<f64> = flight.samples.iter().map(|sample| sample.t_s).collect();
@@ -233,16 +230,20 @@ fn compared(
     }
     units.retain(|sums| sums.rows > 0.0);
     let figures = R2Figures::over(&units)?;
+    let with_ends = |of: [f64; 3]| match units.len() {
+        1 => [f64::NAN, of[1], f64::NAN],
+        _ => of,
+    };
     Some(Compared {
         rows_where: rows_where.to_owned(),
         has_offsets,
         rows: figures.rows,
         recordings,
         rms_before: figures.rms.0,
-        rms_after: figures.rms.1,
+        rms_after: with_ends(figures.rms.1),
         r2_before: figures.r2.0,
-        r2_after: figures.r2.1,
-        r2_gained: figures.r2_gained,
+        r2_after: with_ends(figures.r2.1),
+        r2_gained: with_ends(figures.r2_gained),
     })
 }
 

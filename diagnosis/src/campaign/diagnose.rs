@@ -15,7 +15,7 @@ use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::diagnose::{departing, detectable, effects, ranked};
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
-use crate::infer::outside::{Remains, global_test, is_sure, outside, standing};
+use crate::infer::outside::{Remains, global_test, is_beyond_doubt, is_sure, outside, standing};
 use crate::infer::select::{flexible, singles};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
@@ -202,9 +202,8 @@ pub fn diagnose_campaign(
     setting.base = base;
     let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS);
     let test = global_test(&setting, &chosen.selection.nothing.fit);
-    if !test.is_significant {
-        chosen.selection.withdraw();
-        chosen.turns.clear();
+    if !test.is_significant && !is_beyond_doubt(&chosen.selection.chosen.gain) {
+        chosen.withdraw();
     }
     let best = &chosen.selection.chosen;
     let members = best.members(&candidates);

@@ -38,6 +38,15 @@ pub(super) struct Chosen {
     pub(super) next: Option<(usize, Gain)>,
 }
 
+impl Chosen {
+    /// Takes all of it back: neither what was taken nor what would have come next stands.
+    pub(super) fn withdraw(&mut self) {
+        self.selection.withdraw();
+        self.turns.clear();
+        self.next = None;
+    }
+}
+
 /// One term that was taken.
 #[derive(Clone, Debug)]
 pub(super) struct Turn {

@@ -11,6 +11,9 @@ use crate::forward::held_out::{LEAST_ROWS, R2Figures, R2Sums};
 use crate::forward::observed::Explained;
 use crate::statistics::quantile::{difference, median};
 
+/// Where a row lies under another drone, in words.
+pub const UNDER_ANOTHER: &str = "under another drone (within 2 half-widths, 0.3 m above the floor)";
+
 /// What a row counts under along a curve; `None` where it does not belong to it.
 type Abscissa<'a> = &'a dyn Fn(usize) -> Option<f64>;
 
@@ -95,10 +98,7 @@ impl<'a> Judged<'a> {
         let [depth_m, xi, height_m] = self.places;
         let places: [(&str, &dyn Fn(usize) -> bool); 4] = [
             ("all rows", &|_| true),
-            (
-                "under another drone (within 2 half-widths, 0.3 m above the floor)",
-                &|i| self.is_under(i),
-            ),
+            (UNDER_ANOTHER, &|i| self.is_under(i)),
             ("depth 0.2 to 0.8 m, within a half-width", &|i| {
                 xi[i] < 1.0 && (0.2..0.8).contains(&depth_m[i])
             }),

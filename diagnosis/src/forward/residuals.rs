@@ -70,20 +70,23 @@ const EVEN_INTERVALS: usize = 6;
 /// Residuals of every channel, first everywhere, then along each coordinate; empty intervals are
 /// left away.
 #[must_use]
-pub fn by_region(recording: &Recording, samples: &[Sample]) -> Vec<Region> {
-    let instrument = recording.probes.as_ref().map(|probes| &probes.instrument);
-    let floor_m = recording.environment.floor_z_m.unwrap_or(0.0);
-    let mut channels: Vec<Channel> = samples.iter().map(|sample| sample.channel).collect();
+pub fn by_region<'r>(recordings: &[(&'r Recording, &'r [Sample])]) -> Vec<Region> {
+    let with_own = |&(recording, samples): &(&'r Recording, &'r [Sample])| {
+        samples.iter().map(move |sample| Of { sample, recording })
+    };
+    let samples: Vec<Of> = recordings.iter().flat_map(with_own).collect();
+    let mut channels: Vec<Channel> = samples.iter().map(|of| of.sample.channel).collect();
     channels.sort_unstable();
     channels.dedup();
     let mut regions = Vec::new();
     for channel in channels {
-        let of_channel: Vec<&Sample> = samples.iter().filter(|s| s.channel == channel).collect();
-        regions.extend(region(channel, None, &of_channel, instrument));
+        let is_of_it = |of: &&Of| of.sample.channel == channel;
+        let of_channel: Vec<Of> = samples.iter().filter(is_of_it).copied().collect();
+        regions.extend(region(channel, None, &of_channel));
         // Measured side by side, put down in order.
         let along: Vec<Vec<Region>> = Axis::ALL
             .par_iter()
-            .map(|&axis| along(axis, channel, &of_channel, floor_m, instrument))
+            .map(|&axis| along(axis, channel, &of_channel))
             .collect();
         regions.extend(along.into_iter().flatten());
     }
@@ -91,42 +94,60 @@ pub fn by_region(recording: &Recording, samples: &[Sample]) -> Vec<Region> {
 }
 
 /// Residuals of one channel along one coordinate: every sample goes to its interval once.
-fn along(
-    axis: Axis,
-    channel: Channel,
-    of_channel: &[&Sample],
-    floor_m: f64,
-    instrument: Option<&Instrument>,
-) -> Vec<Region> {
-    let placed: Vec<(f64, &Sample)> = of_channel
+fn along<'r>(axis: Axis, channel: Channel, of_channel: &[Of<'r>]) -> Vec<Region> {
+    let placed: Vec<(f64, Of<'r>)> = of_channel
         .iter()
-        .filter_map(|&sample| Some((coordinate(axis, sample, floor_m)?, sample)))
+        .filter_map(|&of| Some((of.coordinate(axis)?, of)))
         .collect();
     let intervals = intervals(axis, &placed);
-    let mut within: Vec<Vec<&Sample>> = vec![Vec::new(); intervals.len()];
+    let mut within: Vec<Vec<Of<'r>>> = vec![Vec::new(); intervals.len()];
     for (x, sample) in placed {
         let at = intervals.partition_point(|(_, to)| *to <= x);
         if intervals.get(at).is_some_and(|(from, _)| *from <= x) {
             within[at].push(sample);
         }
     }
-    let region = |(interval, within): (_, &Vec<&Sample>)| {
-        region(channel, Some((axis, interval)), within, instrument)
-    };
+    let region =
+        |(interval, within): (_, &Vec<Of>)| region(channel, Some((axis, interval)), within);
     let regions = intervals.into_iter().zip(&within);
     regions.filter_map(region).collect()
 }
 
-fn coordinate(axis: Axis, sample: &Sample, floor_m: f64) -> Option<f64> {
-    match axis {
-        Axis::SOverL => Some(sample.place?.s_over_l),
-        Axis::Xi => Some(sample.place?.xi),
-        Axis::HeightM => Some(sample.position_m.z - floor_m),
-        Axis::TimeS => Some(sample.t_s),
+/// A sample, and the recording whose floor and instrument are its own.
+#[derive(Clone, Copy)]
+struct Of<'r> {
+    sample: &'r Sample,
+    recording: &'r Recording,
+}
+
+impl Of<'_> {
+    fn coordinate(self, axis: Axis) -> Option<f64> {
+        let Of { sample, recording } = self;
+        let floor_m = recording.environment.floor_z_m.unwrap_or(0.0);
+        match axis {
+            Axis::SOverL => Some(sample.place?.s_over_l),
+            Axis::Xi => Some(sample.place?.xi),
+            Axis::HeightM => Some(sample.position_m.z - floor_m),
+            Axis::TimeS => Some(sample.t_s),
+        }
+    }
+
+    /// Of a speed its residual over what the instrument's stated accuracy allows.
+    fn over_accuracy(self) -> Option<f64> {
+        let Of { sample, recording } = self;
+        let probes = recording.probes.as_ref();
+        let Instrument {
+            accuracy_abs_mps,
+            accuracy_rel,
+            ..
+        } = probes
+            .filter(|_| sample.channel == Channel::Speed)?
+            .instrument;
+        Some(sample.residual() / (accuracy_abs_mps + accuracy_rel * sample.simulated))
     }
 }
 
-fn intervals(axis: Axis, placed: &[(f64, &Sample)]) -> Vec<(f64, f64)> {
+fn intervals(axis: Axis, placed: &[(f64, Of)]) -> Vec<(f64, f64)> {
     let pairs = |from: &[f64], end: f64| {
         let ends = from.iter().skip(1).chain([&end]);
         from.iter().copied().zip(ends.copied()).collect()
@@ -146,23 +167,16 @@ fn intervals(axis: Axis, placed: &[(f64, &Sample)]) -> Vec<(f64, f64)> {
     }
 }
 
-fn region(
-    channel: Channel,
-    along: Option<(Axis, (f64, f64))>,
-    samples: &[&Sample],
-    instrument: Option<&Instrument>,
-) -> Option<Region> {
+fn region(channel: Channel, along: Option<(Axis, (f64, f64))>, samples: &[Of]) -> Option<Region> {
     if samples.is_empty() {
         return None;
     }
     let count = samples.len() as f64;
-    let mean = |of: &dyn Fn(&Sample) -> f64| samples.iter().map(|s| of(s)).sum::<f64>() / count;
-    let instrument = instrument.filter(|_| channel == Channel::Speed);
-    let rms_over_accuracy = instrument.map(|instrument| {
-        let (absolute, relative) = (instrument.accuracy_abs_mps, instrument.accuracy_rel);
-        let accuracy = |sample: &Sample| absolute + relative * sample.simulated;
-        mean(&|sample| (sample.residual() / accuracy(sample)).powi(2)).sqrt()
-    });
+    let mean =
+        |of: &dyn Fn(&Sample) -> f64| samples.iter().map(|one| of(one.sample)).sum::<f64>() / count;
+    let over_accuracy = samples.iter().map(|of| Some(of.over_accuracy()?.powi(2)));
+    let rms_over_accuracy = over_accuracy.sum::<Option<f64>>();
+    let rms_over_accuracy = rms_over_accuracy.map(|sum| (sum / count).sqrt());
     Some(Region {
         channel,
         axis: along.map(|(axis, _)| axis),
@@ -173,4 +187,38 @@ fn region(
         recorded_rms: mean(&|sample| sample.recorded.powi(2)).sqrt(),
         rms_over_accuracy,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::forward::simulate::simulate;
+    use crate::infer::diagnose::tests::hall;
+
+    #[test]
+    fn every_sample_is_judged_by_the_floor_and_the_instrument_of_its_own_recording() {
+        let low = hall();
+        let mut high = hall();
+        high.environment.floor_z_m = low.environment.floor_z_m.map(|z_m| z_m - 2.0);
+        let probes = high.probes.as_mut().expect("it has probes");
+        probes.instrument.accuracy_abs_mps *= 2.0;
+        probes.instrument.accuracy_rel *= 2.0;
+        let samples = simulate(&low).samples;
+        let regions = |of: &[&Recording]| {
+            let of: Vec<_> = of.iter().map(|one| (*one, &samples[..])).collect();
+            by_region(&of)
+        };
+        let over = |regions: &[Region]| regions[0].rms_over_accuracy.expect("a probe's");
+        let [one, two] = [&low, &high].map(|of| over(&regions(&[of])));
+        let both = regions(&[&low, &high]);
+        let together = (0.5 * (one * one + two * two)).sqrt();
+        // Rounding of a thousand terms.
+        assert!((over(&both) / together - 1.0).abs() < 1e-9 && one > 1.9 * two);
+        let heights = both.iter().filter(|of| of.axis == Some(Axis::HeightM));
+        let ends = heights.filter_map(|of| of.interval);
+        let [from_m, to_m] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[from, to], of| {
+            [from.min(of.0), to.max(of.1)]
+        });
+        assert!(to_m - from_m >= 2.0 - 1e-9, "{from_m} {to_m}");
+    }
 }

@@ -52,47 +52,80 @@ impl Cause {
         EffectSpec::named(self.effect).expect("both are rows of the effect table")
     }
 
+    /// Whether its values are such as a finding may hold.
+    fn is_possible(&self) -> bool {
+        let components = self.spec().components().zip(&self.values);
+        let mut ranges = components.map(|((of, _), value)| (of.range, value));
+        ranges.all(|([low, high], value)| (low..=high).contains(value))
+    }
+
     /// Puts it into a hypothesis.
     pub fn set(&self, hypothesis: &mut Hypothesis) {
         self.spec().set(&mut hypothesis.effects, &self.values);
     }
 }
 
-/// Emitters whose throttle is logged, each with that, over hover's.
-fn throttles(recording: &Recording) -> impl Iterator<Item = (&Vehicle, &Vec<f64>)> {
+/// An emitter in the air: rotors that idle say nothing of its mass.
+struct Flown<'r> {
+    vehicle: &'r Vehicle,
+    t_s: Vec<f64>,
+    /// Over hover's.
+    throttle: Vec<f64>,
+    power_w: Option<Vec<f64>>,
+}
+
+impl Flown<'_> {
+    /// `None` where no throttle is logged, or its rotors only idle.
+    fn of(vehicle: &Vehicle) -> Option<Flown<'_>> {
+        let track = &vehicle.track;
+        let throttle = track.throttle_ratio.as_ref()?;
+        let entries = 0..throttle.len();
+        let entries: Vec<usize> = entries.filter(|&entry| !track.is_idle(entry)).collect();
+        let of = |column: &Vec<f64>| entries.iter().map(|&entry| column[entry]).collect();
+        (!entries.is_empty()).then(|| Flown {
+            vehicle,
+            t_s: of(&track.t_s),
+            throttle: of(throttle),
+            power_w: track.power_w.as_ref().map(of),
+        })
+    }
+}
+
+fn emitters(recording: &Recording) -> impl Iterator<Item = &Vehicle> {
     let vehicles = recording.vehicles.iter();
-    let emitters = vehicles.filter(|vehicle| vehicle.role == Role::Emitter);
-    emitters.filter_map(|vehicle| Some((vehicle, vehicle.track.throttle_ratio.as_ref()?)))
+    vehicles.filter(|vehicle| vehicle.role == Role::Emitter)
 }
 
 /// Whether any emitter's throttle is logged.
 #[must_use]
 pub fn is_logged(recording: &Recording) -> bool {
-    throttles(recording).next().is_some()
+    emitters(recording).any(|vehicle| vehicle.track.throttle_ratio.is_some())
 }
 
-/// What throttle and power of the emitters say; `None` where no throttle is logged, or nothing
-/// departs from what is stated.
+/// What throttle and power of the emitters say; `None` where no throttle is logged, nothing
+/// departs from what is stated, or as much as no drone could.
 #[must_use]
 pub fn cause(recording: &Recording) -> Option<Cause> {
-    let (vehicle, _) = throttles(recording).next()?;
-    let ratios = throttles(recording).map(|(_, column)| mean(column));
-    let ratios: Vec<f64> = ratios.collect();
+    let flown: Vec<Flown> = emitters(recording).filter_map(Flown::of).collect();
+    let first = flown.first()?;
+    let ratios: Vec<f64> = flown.iter().map(|of| mean(&of.throttle)).collect();
     let density = recording.environment.air.density_kg_per_m3();
-    let airframe = &vehicle.airframe;
+    let airframe = &first.vehicle.airframe;
     let hover_w = airframe.hover_power_w(airframe.mass_kg(), density) / EFFICIENCY;
-    let power_w = vehicle.track.power_w.as_ref();
-    let power_ratio = power_w.map(|power_w| mean(power_w) / hover_w);
-    step(vehicle).or_else(|| always(vehicle, mean(&ratios), power_ratio))
+    let power_ratio = first
+        .power_w
+        .as_ref()
+        .map(|power_w| mean(power_w) / hover_w);
+    let cause = step(first).or_else(|| always(first, mean(&ratios), power_ratio));
+    cause.filter(Cause::is_possible)
 }
 
 /// A constant departure.
-fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Cause> {
+fn always(first: &Flown, throttle: f64, power: Option<f64>) -> Option<Cause> {
     if (throttle - 1.0).abs() < LEAST {
         return None;
     }
-    let column = vehicle.track.throttle_ratio.as_ref()?;
-    let error = 2.0 * throttle * standard_error(column);
+    let error = 2.0 * throttle * standard_error(&first.throttle);
     let mass_factor = power.map_or(throttle * throttle, |power| power / throttle);
     let density_factor = mass_factor / (throttle * throttle);
     // Whichever departs more is taken for the cause, alone.
@@ -108,21 +141,20 @@ fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Cause>
 }
 
 /// A step from the stated mass to another, and back where there is a second one.
-fn step(vehicle: &Vehicle) -> Option<Cause> {
-    let track = &vehicle.track;
-    let column = track.throttle_ratio.as_ref()?;
-    let steps = change_point::steps(column);
+fn step(flown: &Flown) -> Option<Cause> {
+    let Flown { t_s, throttle, .. } = flown;
+    let steps = change_point::steps(throttle);
     let first = steps.first()?;
-    let end = steps.get(1).map_or(column.len(), |second| second.index);
+    let end = steps.get(1).map_or(throttle.len(), |second| second.index);
     // The level that is nearer to hover is the stated mass.
     let starts_loaded = (first.before - 1.0).abs() > (first.after - 1.0).abs();
     let (loaded, plain, since_s) = match first.index {
         to if starts_loaded => (0..to, first.after, f64::NEG_INFINITY),
-        from => (from..end, first.before, track.t_s[from]),
+        from => (from..end, first.before, t_s[from]),
     };
-    let until_s = track.t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
-    let step_s = (track.t_s[track.t_s.len() - 1] - track.t_s[0]) / track.t_s.len().max(2) as f64;
-    let part = &column[loaded];
+    let until_s = t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
+    let step_s = (t_s[t_s.len() - 1] - t_s[0]) / t_s.len().max(2) as f64;
+    let part = &throttle[loaded];
     let mass_factor = (mean(part) / plain).powi(2);
     let (error, within_s) = (2.0 * standard_error(part), CHANGE_WITHIN * step_s);
     Some(Cause::payload(
@@ -139,4 +171,40 @@ fn standard_error(values: &[f64]) -> f64 {
     let count = values.len().max(2) as f64;
     let squares = values.iter().map(|x| (x - middle) * (x - middle));
     (10.0 * squares.sum::<f64>() / (count - 1.0) / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::infer::diagnose::tests::hall;
+
+    #[test]
+    fn rotors_that_idle_say_nothing_of_mass() {
+        let mut recording = hall();
+        let track = &mut recording.vehicles[0].track;
+        // As stated, and idle for half of the time at first.
+        let entries = track.t_s.len();
+        let throttle = track.throttle_ratio.as_mut().expect("it is logged");
+        throttle[..entries / 2].fill(0.0);
+        assert_eq!(cause(&recording), None);
+        // Three tenths more in the air, whatever stood on the floor.
+        let throttle = recording.vehicles[0].track.throttle_ratio.as_mut();
+        let flown = throttle.into_iter().flatten().filter(|ratio| **ratio > 0.0);
+        flown.for_each(|ratio| *ratio *= 1.3_f64.sqrt());
+        recording.vehicles[0].track.power_w = None;
+        let found = cause(&recording).expect("it is heavier");
+        assert_eq!(found.effect, "payload_mass");
+        assert!((found.values[0] - 1.3).abs() < 0.05, "{found:?}");
+    }
+
+    #[test]
+    fn no_cause_is_named_that_a_finding_could_not_hold() {
+        let mut recording = hall();
+        let track = &mut recording.vehicles[0].track;
+        track.power_w = None;
+        // Above what idles; a drone of a sixth of its mass.
+        let throttle = track.throttle_ratio.as_mut().expect("it is logged");
+        throttle.iter_mut().for_each(|ratio| *ratio *= 0.4);
+        assert_eq!(cause(&recording), None);
+    }
 }

@@ -425,10 +425,11 @@ fn named(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<E
     // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where
     // several lie at it.
     let saturation = effects.iter_mut().find(|e| e.name == "sensor_saturation");
-    if let (Some(effect), Some(value)) = (saturation, plateau(observed)) {
-        let half = observed.resolution().max(1e-3);
-        for estimate in effect.parameters.values_mut() {
-            *estimate = Estimate::around(value, half, &estimate.unit);
+    if let Some(effect) = saturation {
+        let since_s = effect.parameters.get("t0").map(|moment| moment.value);
+        let level = effect.parameters.get_mut("y_max");
+        if let (Some(level), Some(value)) = (level, plateau(observed, since_s)) {
+            *level = Estimate::around(value, observed.resolution().max(1e-3), &level.unit);
         }
     }
     effects
@@ -481,9 +482,12 @@ pub(crate) fn effects(
     members.into_iter().zip(alternatives).map(effect).collect()
 }
 
-/// The reading that none exceeds and several reach.
-fn plateau(observed: &Observed) -> Option<f64> {
-    let recorded = observed.recorded();
+/// The reading that none exceeds and several reach, from a moment on or always.
+fn plateau(observed: &Observed, since_s: Option<f64>) -> Option<f64> {
+    let pairs = observed.recorded().into_iter().zip(observed.times_s());
+    let is_late = |t_s: f64| since_s.is_none_or(|since_s| t_s >= since_s);
+    let late = pairs.filter(|(_, t_s)| is_late(*t_s));
+    let recorded: Vec<f64> = late.map(|(value, _)| value).collect();
     let highest = recorded.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let near = |value: &&f64| highest - **value < 1.5 * observed.resolution();
     (recorded.iter().filter(near).count() >= PLATEAU).then_some(highest)
@@ -566,4 +570,4 @@ fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

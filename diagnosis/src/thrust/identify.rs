@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use crate::record::recording::{Recording, Vehicle};
 use crate::record::thrust_map::{
-    CUBIC_FROM_ZERO, FACTOR, FULL_CELL_V, SQUARE, Term, ThrustMap, ThrustMapError,
+    CUBIC_FROM_ZERO, FACTOR, FULL_CELL_V, OFFSET, SQUARE, Term, ThrustMap, ThrustMapError,
 };
 use crate::record::track::ThrustSource;
 use crate::statistics::quantile::nearest_rank;
@@ -75,6 +75,17 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Of a map that is stated nothing but an offset is found.
+    #[must_use]
+    pub fn on(self, stated: &ThrustMap) -> Options {
+        Options {
+            terms: OFFSET.to_vec(),
+            lag: Lag::Fixed(stated.lag_s()),
+            base: Some(stated.clone()),
+            ..self
+        }
+    }
+
     /// With the terms that suit what tells thrust; those of the options, and their base, are of
     /// duty cycles.
     fn of(&self, source: ThrustSource) -> Options {
@@ -116,6 +127,24 @@ pub struct Identification {
     pub rows_outside: usize,
     /// Flights that they come from.
     pub flights: usize,
+}
+
+impl Identification {
+    /// A map that is stated, where too little is flown to find anything of it.
+    fn stated(map: &ThrustMap) -> Identification {
+        Identification {
+            standard_errors_n: None,
+            lag_standard_error_s: None,
+            scatter_n: f64::NAN,
+            offset_n: map.offset_n(),
+            battery_per_v: f64::NAN,
+            battery_range_v: [f64::NAN; 2],
+            rows: 0,
+            rows_outside: 0,
+            flights: 0,
+            map: map.clone(),
+        }
+    }
 }
 
 /// Why no thrust map could be identified.
@@ -218,7 +247,8 @@ pub struct FoldError {
 }
 
 /// A thrust map for every airframe, what tells its thrust, and every fold that holds a flight of it
-/// out, airframes by name. Ready forces need none.
+/// out, airframes by name. Ready forces need none. Of duty cycles one that the metadata state is
+/// kept but for an offset, and as it is where that cannot be found.
 /// `fold_of` gives the fold of each recording; one without is never held out.
 ///
 /// # Errors
@@ -236,13 +266,20 @@ pub(crate) fn fold_maps(
         let is_own = |trace: &&Trace| trace.airframe() == airframe && trace.source == *source;
         let own = || traces.iter().filter(is_own);
         let folds: BTreeSet<usize> = own().filter_map(|of| fold_of[of.recording]).collect();
-        let bench = Bench::new(own().collect(), options);
+        let is_of_duty = *source == ThrustSource::DutyCycle;
+        let stated = own().find_map(|of| of.of.thrust_map.as_ref().filter(|_| is_of_duty));
+        let options = match stated {
+            Some(map) => options.clone().on(map),
+            None => options.clone(),
+        };
+        let bench = Bench::new(own().collect(), &options);
         for fold in folds {
             let is_other = |recording: usize| fold_of[recording] != Some(fold);
             let found = match own().any(|trace| is_other(trace.recording)) {
                 true => bench.fit(is_other),
                 false => Err(IdentifyError::NoOtherFlight),
             };
+            let found = found.or_else(|error| stated.map(Identification::stated).ok_or(error));
             let failed = |error| FoldError {
                 airframe: airframe.clone(),
                 fold,

@@ -218,7 +218,7 @@ def calibrate(
 ) -> Calibration:
     """The constants of the jet from recordings of probes below hovering drones.
 
-    ``seed``: of the bootstrap's draws. Raises ``RecordingError``.
+    ``seed``: of the draws of signs behind the p-value of the misfit. Raises ``RecordingError``.
     """
     found, jet = _leeward.calibrate(_read_all(recordings, meta), seed)
     return Calibration(json.loads(found), jet)

@@ -86,7 +86,7 @@ fn about_the_constants(found: &Calibration) -> Vec<String> {
     let jet = &found.jet;
     let block = jet.resampling.block_s;
     let block = block.map(|block_s| format!(" of {block_s:.0} s or more"));
-    let drawn = match jet.resampling.unit {
+    let left_out = match jet.resampling.unit {
         Unit::Flight => format!("{} whole flights", jet.resampling.units),
         Unit::Block => format!(
             "{} blocks of time{}, too few flights for whole ones; the probe's stated accuracy is added",
@@ -96,10 +96,7 @@ fn about_the_constants(found: &Calibration) -> Vec<String> {
     };
     let Interval { low, high } = jet.centreline_if_one_gain;
     vec![
-        format!(
-            "Intervals from {} bootstrap draws of {drawn}.",
-            jet.resampling.draws
-        ),
+        format!("Intervals: jackknife standard errors over {left_out}, times Student's t."),
         format!(
             "B if all flights shared one gain of the probe, which resampling cannot see: {low:.3} to {high:.3}."
         ),

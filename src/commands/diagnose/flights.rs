@@ -1,6 +1,6 @@
 //! Flight logs of one campaign, diagnosed together by the vertical forces on their drones.
 
-use diagnosis::campaign::skill::{Curve, Skill};
+use diagnosis::campaign::skill::{Curve, Skill, UNDER_ANOTHER};
 use diagnosis::campaign::{
     CampaignError, CampaignFinding, CampaignOptions, SidewaysFinding, near_floor,
 };
@@ -214,8 +214,13 @@ fn taken(found: &CampaignFinding) -> Option<Part> {
             joined(taken.rivals.iter().take(2).map(rival), ", "),
         ]
     });
-    let headings = "taken in this order | gain | +- | R2 under a drone (95 %) | in its place";
-    (!found.taken.is_empty()).then(|| Part::table("lrrrl", headings, rows))
+    let mut skills = found.skills.iter();
+    let over = match skills.any(|skill| skill.rows_where == UNDER_ANOTHER) {
+        true => " under a drone",
+        false => "",
+    };
+    let headings = format!("taken in this order | gain | +- | R2{over} (95 %) | in its place");
+    (!found.taken.is_empty()).then(|| Part::table("lrrrl", &headings, rows))
 }
 
 fn skills(skills: &[Skill]) -> Part {
@@ -261,11 +266,15 @@ fn left(found: &CampaignFinding) -> Vec<Part> {
         format!("Runner-up: {name} would gain {gain:.0} +- {error:.0} more, which is too little or rests on too few flights.")
     });
     let ([before, left], error) = (found.flexible_gain, found.flexible_gain_error);
-    let flexible = match left > 2.5 * error {
-        true => format!(
+    let remains = &found.finding.remains;
+    let flexible = match (remains.is_sure, found.finding.shape.is_some()) {
+        (true, _) => format!(
             "Any function of the covariates (regression trees) gains {left:.0} +- {error:.0} more in flights that it has not seen: there is more, without a name here."
         ),
-        false => format!(
+        (false, true) => format!(
+            "Any function of the covariates (regression trees) gains {before:.0} on the simulation as it is, and on what is left {left:.0} +- {error:.0}, which is no more than chance: what is told above shows in square errors, where large ones count most, or in time."
+        ),
+        (false, false) => format!(
             "Any function of the covariates (regression trees) gains {before:.0} on the simulation as it is, and nothing on what is left ({left:.0} +- {error:.0})."
         ),
     };

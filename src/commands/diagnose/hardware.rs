@@ -4,11 +4,10 @@ use diagnosis::campaign::hardware::{
     Change, Effort, Flight, Hardware, HardwareRow, LEAST_NORMAL, SessionRow, hardware,
 };
 use diagnosis::record::recording::Recording;
-use serde::Serialize;
 
-use crate::io::answer::{Answer, Format, print};
+use crate::commands::recordings::{Asked, RemarkOf, Remarked, noticed, sentences};
+use crate::io::answer::Answer;
 use crate::io::failure::Failure;
-use crate::io::files;
 use crate::report::sections::{Part, Report};
 use crate::report::words::{count, joined};
 
@@ -23,28 +22,25 @@ pub(crate) struct Names<'a> {
     pub(crate) sessions: &'a [String],
 }
 
-/// What is printed as JSON.
-#[derive(Serialize)]
-struct Printed<'a> {
-    format: &'static str,
-    #[serde(flatten)]
-    hardware: &'a Hardware,
-}
+/// Of what is written.
+const HARDWARE: (&str, usize, &str) = ("hardware.json", 3, "hardware/1");
 
 /// Answers yes: each flight is normal, or has a change with a name.
 pub(super) fn run(
-    format: Format,
-    recordings: &[Recording],
+    asked: &Asked,
+    name: &str,
+    (recordings, mut remarks): (&[Recording], Vec<RemarkOf>),
     names: Names<'_>,
 ) -> Result<Answer, Failure> {
     let hardware = judge(recordings, names)?;
-    print(&match format {
-        Format::Json => files::json(&Printed {
-            format: "hardware/1",
-            hardware: &hardware,
-        }),
-        Format::Text => report(&hardware).text(),
-    })?;
+    remarks.extend(noticed(recordings));
+    let mut report = report(&hardware);
+    report.section("Remarks", Part::list(sentences(&remarks, HARDWARE.0)));
+    let answer = Remarked {
+        answer: &hardware,
+        remarks: &remarks,
+    };
+    asked.deliver((name, &report), HARDWARE, &answer, Vec::new())?;
     Ok(Answer::Yes)
 }
 

@@ -214,15 +214,20 @@ fn place(finding: &Finding) -> Vec<Part> {
                 )),
             }]
         }
-        Verdict::None if finding.remains.is_sure => vec![Part::line(
-            "Nowhere that an effect of the library shows; what repeats all the same stands under what remains.",
-        )],
+        Verdict::None if finding.remains.is_sure => vec![Part::Line(format!(
+            "Nowhere that an effect of the library shows; what repeats all the same stands under {}.",
+            match finding.channel {
+                Channel::VerticalForce => "runners-up",
+                _ => "what remains",
+            }
+        ))],
         Verdict::None => vec![Part::line(
             "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
         )],
-        _ if is_unexplained(finding) => vec![Part::line(
-            "Nowhere in particular: nothing predicts where, on blocks that were not fitted.",
-        )],
+        _ if is_unexplained(finding) => vec![Part::Line(format!(
+            "Nowhere in particular: nothing predicts where, on {} that were not fitted.",
+            parts_of(finding.channel)
+        ))],
         _ if region.sample_indices.is_empty() => {
             vec![Part::line(
                 "Nowhere that a correction would change by half of the noise.",
@@ -249,9 +254,10 @@ fn place(finding: &Finding) -> Vec<Part> {
         _ if is_told_by_actuation(finding) => {
             " It looks at these readings alone; throttle and power say what is named."
         }
-        _ => {
-            " It allows for errors that outlast a block, so by itself it would not tell; what is said here rests on blocks that were not fitted."
-        }
+        _ => &format!(
+            " It allows for errors that outlast a block, so by itself it would not tell; what is said here rests on {} that were not fitted.",
+            parts_of(finding.channel)
+        ),
     };
     parts.push(Part::Line(format!(
         "Global lack-of-fit test: p-value {p}.{beside}"
@@ -469,11 +475,11 @@ fn parameters(effect: &Effect) -> Part {
 }
 
 fn candidates(finding: &Finding) -> Vec<Part> {
-    let taken = |name: &str| finding.effects.iter().any(|effect| effect.name == name);
+    let taken = |ranked: &Ranked| finding.effects.iter().any(|effect| is_of(effect, ranked));
     let row = |ranked: &Ranked| {
         let values = ranked.parameters.iter();
         let values = values.map(|(name, value)| format!("{name} {}", figures(*value)));
-        let mark = match (taken(&ranked.name), ranked.at_bound, ranked.practical) {
+        let mark = match (taken(ranked), ranked.at_bound, ranked.practical) {
             (true, false, _) => "taken",
             (_, true, _) => "at the end of its range",
             (false, _, true) => "",
@@ -494,6 +500,15 @@ fn candidates(finding: &Finding) -> Vec<Part> {
     let headings = "each alone | gain | +- | fitted |";
     let table = Part::table("lrrll", headings, finding.candidates.iter().map(row));
     vec![Part::Line(gain), table.shortened(SHOWN)]
+}
+
+/// Whether an effect is this candidate: from some moment on is another than always.
+fn is_of(effect: &Effect, ranked: &Ranked) -> bool {
+    let sets_in = [
+        effect.parameters.contains_key("t0"),
+        ranked.parameters.contains_key("t0"),
+    ];
+    effect.name == ranked.name && sets_in[0] == sets_in[1]
 }
 
 fn fit(finding: &Finding) -> String {
@@ -584,8 +599,8 @@ fn rival(finding: &Finding) -> Option<String> {
     let [effect] = finding.effects.as_slice() else {
         return None;
     };
-    let of = |name: &str| finding.candidates.iter().find(|c| c.name == name);
-    let taken = of(&effect.name)?;
+    let mut candidates = finding.candidates.iter();
+    let taken = candidates.find(|ranked| is_of(effect, ranked))?;
     let others = finding.candidates.iter();
     let next = others
         .filter(|c| c.practical && c.name != effect.name && c.gain > c.gain_error)

@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
-use diagnosis::record::thrust_map::OFFSET;
 use diagnosis::record::track::ThrustSource;
-use diagnosis::thrust::identify::{Identification, Lag, Options, identify};
+use diagnosis::thrust::identify::{Identification, Options, identify};
 use diagnosis::thrust::low_pass::LowPass;
 use serde::Serialize;
 
@@ -79,9 +78,7 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
             ..Options::default()
         };
         if let Some(map) = &stated {
-            options.terms = OFFSET.to_vec();
-            options.lag = Lag::Fixed(map.lag_s());
-            options.base = Some(map.clone());
+            options = options.on(map);
         }
         let identification = match identify(recordings, &members, &options) {
             Ok(identification) => identification,

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use super::*;
+use crate::campaign::apply_campaign;
 use crate::infer::finding::Verdict;
 use crate::infer::intervals::NINETY_FIVE;
 use crate::record::read::{Campaign, read_log};
@@ -89,4 +90,31 @@ fn what_stands_in_its_place_in_the_room_is_found_there() {
     );
     assert!(finding.held_out.rms_after < 0.5 * finding.held_out.rms_before);
     assert!(located.is_some_and(|of| of.mean_error_n > 0.006));
+}
+
+#[test]
+fn a_finding_is_judged_on_any_number_of_flights_and_of_one_block_without_an_interval() {
+    let all = flights(|_, _| 0.01);
+    let correction = Hypothesis::default();
+    let judged = |recordings: &[Recording]| {
+        let options = CampaignOptions::default();
+        let applied = apply_campaign(recordings, &options, &correction).expect("nothing is fitted");
+        applied.all[0].clone()
+    };
+    let two = judged(&all[..2]);
+    let [low, after, high] = two.rms_after;
+    assert_eq!(two.recordings, 2);
+    assert!(low < after && after < high, "{two:?}");
+    let mut short = all[0].clone();
+    short.vehicles.truncate(1);
+    let track = &mut short.vehicles[0].track;
+    let kept = track.t_s.iter().filter(|t_s| **t_s < 14.0).count();
+    track.t_s.truncate(kept);
+    track.position_m.truncate(kept);
+    track.velocity_mps.truncate(kept);
+    track.attitude.truncate(kept);
+    track.force_n.iter_mut().for_each(|of| of.truncate(kept));
+    let one = judged(&[short]);
+    let [low, after, high] = one.rms_after;
+    assert!(low.is_nan() && after > 0.0 && high.is_nan(), "{one:?}");
 }

@@ -10,9 +10,8 @@ use crate::record::read::read_folder;
 use crate::record::remark::RemarkKind;
 use crate::statistics::draws::Draws;
 
-/// The draughty hall with other readings: what is made of each simulated sample, with the
-/// instrument's scatter (5 cm/s, and 5 % of the speed) and resolution.
-fn read_as(seed: u64, reads_mps: impl Fn(&Sample, &mut Draws) -> f64) -> Recording {
+/// The draughty hall, as it ships.
+pub(crate) fn hall() -> Recording {
     let files = [
         (
             "meta.json",
@@ -30,7 +29,13 @@ fn read_as(seed: u64, reads_mps: impl Fn(&Sample, &mut Draws) -> f64) -> Recordi
     let files: BTreeMap<String, Vec<u8>> = files
         .map(|(name, bytes)| (name.to_owned(), bytes.to_vec()))
         .into();
-    let mut recording = read_folder("hall", &files).expect("it ships");
+    read_folder("hall", &files).expect("it ships")
+}
+
+/// The draughty hall with other readings: what is made of each simulated sample, with the
+/// instrument's scatter (5 cm/s, and 5 % of the speed) and resolution.
+fn read_as(seed: u64, reads_mps: impl Fn(&Sample, &mut Draws) -> f64) -> Recording {
+    let mut recording = hall();
     let random = &mut Draws::new(seed);
     let simulated = simulate(&recording).samples;
     let probes = recording.probes.as_mut().expect("it has probes");
@@ -138,4 +143,34 @@ fn errors_in_stretches_are_told_from_single_wild_readings() {
         _ => of.simulated,
     });
     assert!(diagnose(&stretches).expect("comparable").errors_follow);
+}
+
+#[test]
+fn a_ceiling_from_some_moment_on_has_its_level_from_then_on_and_keeps_its_moment() {
+    let mut recording = read_as(8, |of, _| of.simulated);
+    let random = &mut Draws::new(9);
+    let simulated = simulate(&recording).samples;
+    let fastest = simulated.iter().map(|of| of.simulated);
+    let top_mps = (70.0 * fastest.fold(0.0, f64::max)).round() / 100.0;
+    let half_s = 0.5 * recording.vehicles[0].track.t_s.last().expect("some");
+    let probes = recording.probes.as_mut().expect("it has probes");
+    // An instrument that scatters less than its ceiling takes away.
+    for of in &simulated {
+        let mps = of.simulated * (1.0 + 0.003 * random.normal()) + 0.005 * random.normal();
+        let mps = (100.0 * mps.max(0.0)).round() / 100.0;
+        let most_mps = if of.t_s < half_s { mps } else { top_mps };
+        probes.samples[of.row].speed_mps = mps.min(most_mps);
+    }
+    let found = diagnose(&recording).expect("it can be compared");
+    let mut effects = found.effects.iter();
+    let effect = effects.find(|of| of.name == "sensor_saturation");
+    let parameters = &effect.expect("it is named").parameters;
+    let [t0, y_max] = ["t0", "y_max"].map(|name| &parameters[name]);
+    // The next pass tells.
+    assert!(
+        (half_s..half_s + 40.0).contains(&t0.value),
+        "{parameters:?}"
+    );
+    assert!((y_max.value - top_mps).abs() < 0.02, "{parameters:?}");
+    assert_eq!((&*t0.unit, &*y_max.unit), ("s", "m/s"));
 }

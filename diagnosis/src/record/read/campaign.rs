@@ -79,8 +79,8 @@ pub struct Campaign {
     /// each vehicle its log without its ending: `{ "noon": { "q1": "log_7", "q2": "log_9" } }`.
     #[serde(default)]
     pub joined: Pairs<Pairs<String>>,
-    /// Of logs that are joined and have no clock in common: when each begins on one that they are
-    /// given (s).
+    /// Of logs that are joined and have no clock in common: when the first row of each was written,
+    /// on one that they are given (s).
     #[serde(default)]
     pub starts_s: Pairs<Finite>,
     /// Ids of vehicles whose acceleration is not to be used.
@@ -310,7 +310,8 @@ pub struct VehicleType {
     /// Left out: never.
     #[serde(default)]
     pub touch_z_m: Option<Finite>,
-    /// From duty cycle to thrust. Left out, it is identified from the flights.
+    /// From duty cycle to thrust: kept but for an offset that is identified from the flights. Left
+    /// out, all of it is.
     #[serde(default)]
     pub thrust_map: Option<WrittenThrustMap>,
 }

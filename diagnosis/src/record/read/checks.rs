@@ -78,7 +78,8 @@ pub(super) fn check(
         let message = "its rows are not in the order of time";
         found.helped(place(), message, Some(help.to_owned()));
     }
-    let first_yaw = samples.column(Role::Angle(2)).first();
+    let mut yaws = samples.column(Role::Angle(2)).iter();
+    let first_yaw = yaws.find(|yaw| yaw.is_finite());
     let turns = std::f64::consts::TAU;
     if let Some(yaw) = first_yaw.filter(|yaw| yaw.abs() > turns) {
         let message = format!("its yaw begins at {yaw:.2} rad, more than a turn");

@@ -12,6 +12,8 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead, ErrorKind};
 
+use nalgebra::Vector3;
+
 use super::binary;
 use super::campaign::Campaign;
 use super::columns::Role;
@@ -19,6 +21,7 @@ use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
 use super::found::{Found, GPS_WITHIN_S, Start};
 use super::log::Log;
+use super::origin::Origin;
 use super::series::{Sources, Stream, Thinning, joined};
 use crate::record::problem::Problem;
 use crate::record::recording::Recording;
@@ -89,6 +92,10 @@ const TIME: &str = "TimeUS";
 /// The message by which logs of several vehicles share a clock, and its status, week and
 /// millisecond.
 const GPS: (&str, [&str; 3]) = ("GPS", ["Status", "GWk", "GMS"]);
+/// The message that says where the estimator counts from; of the type 0, for others are of home.
+const ORIGIN: (&str, [&str; 3]) = ("ORGN", ["Type", "Lat", "Lng"]);
+/// Its label of the height, which old logs lack.
+const ALTITUDE: &str = "Alt";
 /// Seconds of a week, from the epoch of Unix to that of GPS, and what UTC is behind GPS by since
 /// 2017 (IERS, Bulletin C).
 const WEEK_S: f64 = 604_800.0;
@@ -113,6 +120,7 @@ pub(super) fn dataflash(log: Log<'_>, campaign: &Campaign, found: &mut Found) ->
         others,
         broken,
         gps_s,
+        origin,
     } = messages(log.bytes, found);
     if let Some((at, why)) = broken {
         if messages.is_empty() {
@@ -132,6 +140,7 @@ pub(super) fn dataflash(log: Log<'_>, campaign: &Campaign, found: &mut Found) ->
         within_s: GPS_WITHIN_S,
     });
     found.starts = starts;
+    found.origin = origin;
     of_one(log.name, file, &campaign, found, |id, found| {
         if messages.iter().any(|(name, _)| *name == "RCOU") {
             let message = "motors from RCOU 1 to 4, taken as pulse widths of 1000 to 2000 us";
@@ -158,6 +167,8 @@ struct Declared {
     instance: Option<(usize, u8)>,
     /// Status, week and millisecond, of a message of GPS.
     gps: Option<[(usize, u8); 3]>,
+    /// Type, latitude and longitude, of a message of an origin, and its height.
+    origin: Option<([(usize, u8); 3], Option<(usize, u8)>)>,
 }
 
 /// What a log holds.
@@ -170,6 +181,7 @@ struct Read {
     broken: Option<(usize, String)>,
     /// Times of GPS (s since its epoch) less those of the log.
     gps_s: Vec<f64>,
+    origin: Option<Origin>,
 }
 
 /// Fills a part of a message, or says why there is no more of it.
@@ -281,15 +293,17 @@ fn declaration(payload: &[u8]) -> Result<(u8, Declared), String> {
         Some((of, places?))
     });
     let instances = INSTANCES.iter().find_map(|label| places.get(label));
-    let [status, week, millisecond] = GPS.1.map(|label| places.get(label).copied());
-    let gps = status.zip(week).zip(millisecond);
-    let gps = gps.map(|((status, week), millisecond)| [status, week, millisecond]);
+    let three = |(of, labels): (&str, [&str; 3])| {
+        let [first, second, third] = labels.map(|label| places.get(label).copied());
+        (name == of).then_some([first?, second?, third?])
+    };
     let declared = Declared {
         length,
         wanted: fields,
         time: places.get(TIME).copied(),
         instance: instances.copied(),
-        gps: gps.filter(|_| name == GPS.0),
+        gps: three(GPS),
+        origin: three(ORIGIN).map(|of| (of, places.get(ALTITUDE).copied())),
     };
     Ok((kind, declared))
 }
@@ -311,6 +325,13 @@ fn gather(
             let gps_s = read(week) * WEEK_S + read(millisecond) * 1e-3;
             all.gps_s.push(gps_s - read(time) * 1e-6);
         }
+    }
+    if let Some(([kind, latitude, longitude], altitude)) = declared.origin
+        && read(kind) == 0.0
+        && all.origin.is_none()
+    {
+        let place_deg = [latitude, longitude].map(read);
+        all.origin = Origin::new(place_deg, altitude.map(read), Vector3::zeros());
     }
     let Some((of, places)) = &declared.wanted else {
         return;

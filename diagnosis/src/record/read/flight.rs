@@ -17,6 +17,7 @@ use super::track::track;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
 use crate::record::remark::RemarkKind;
+use crate::record::track::ThrustSource;
 
 /// A recording from one table in CSV; `file` is what messages call it.
 ///
@@ -208,6 +209,10 @@ pub(super) fn vehicle(
     campaign: &Campaign,
     found: &mut Found,
 ) -> Option<Vehicle> {
+    let mut times_s = samples.column(Column::Time).iter().copied();
+    let first_s = times_s.find(|t_s| t_s.is_finite());
+    let earlier = found.first_s.into_iter().chain(first_s);
+    found.first_s = earlier.reduce(f64::min);
     let mut unusable = campaign.acceleration_unusable.iter();
     let is_unusable = unusable.any(|other| other == id);
     if is_unusable && !samples.column(Column::Acceleration(0)).is_empty() {
@@ -246,13 +251,27 @@ pub(super) fn vehicle(
     plausible::power((id, file), &track, ideal_w, found);
     let weight_n = airframe.mass_kg() * campaign.gravity_mps2();
     plausible::force((id, file), &track, weight_n, found);
+    // Its numbers were checked, too.
+    let thrust_map = kind.thrust_map.as_ref().and_then(|map| map.meaning().ok());
+    if thrust_map.is_some() {
+        let (kind, message) = match track.thrust_source() {
+            Some(ThrustSource::DutyCycle) => (
+                RemarkKind::Assumed,
+                "its thrust map is taken as stated, but for an offset where enough is flown to find one",
+            ),
+            _ => (
+                RemarkKind::Unused,
+                "its thrust map is not used: it is of duty cycles, which do not tell its thrust",
+            ),
+        };
+        found.remark(kind, Some(id), message);
+    }
     Some(Vehicle {
         id: id.to_owned(),
         airframe,
         role: Role::Both,
         track,
-        // Its numbers too.
-        thrust_map: kind.thrust_map.as_ref().and_then(|map| map.meaning().ok()),
+        thrust_map,
         clock: campaign.clock.unwrap_or(Clock::Shared),
     })
 }

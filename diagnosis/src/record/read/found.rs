@@ -1,5 +1,6 @@
 //! What reading turns up: problems that keep a file from being read, and remarks on one that was.
 
+use super::origin::Origin;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
@@ -11,6 +12,10 @@ pub(super) struct Found {
     pub(super) remarks: Vec<Remark>,
     /// When the log's own time is 0.
     pub(super) starts: Option<Start>,
+    /// The log's own time of its first row (s).
+    pub(super) first_s: Option<f64>,
+    /// Where its places count from.
+    pub(super) origin: Option<Origin>,
 }
 
 /// How well a log's time is known by messages of its GPS receiver (s), plus or minus. Chosen here:

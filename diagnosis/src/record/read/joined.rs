@@ -5,6 +5,7 @@ use std::io::BufRead;
 use super::campaign::Campaign;
 use super::found::{Found, Start};
 use super::log::read_into;
+use super::origin::Origin;
 use crate::record::problem::{Problem, Problems};
 use crate::record::recording::{Clock, Recording};
 use crate::record::remark::{Remark, RemarkKind};
@@ -22,8 +23,23 @@ pub struct JoinedLog<R> {
     pub bytes: R,
 }
 
+/// A log that was read, on its own clock and in its own frame.
+struct Part {
+    recording: Recording,
+    /// When its own time is 0, on the clock that all share.
+    zero: Option<Start>,
+    /// Its own time of its first row (s).
+    first_s: f64,
+    origin: Option<Origin>,
+    vehicle: String,
+    log: String,
+    file: String,
+}
+
 /// A recording of logs that were written at the same time, brought to one clock: that which the
 /// campaign states when each begins on (`starts_s`), else each log's own of GPS, UTC or an epoch.
+/// Its time 0 is when the first of them begins, and its frame that of the first log, as far as each
+/// says where on the Earth its places count from.
 ///
 /// # Errors
 /// Everything that keeps one of them from being read, and logs that share no clock.
@@ -33,65 +49,69 @@ pub fn read_joined<R: BufRead>(
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
     let mut problems = Vec::new();
-    let mut parts: Vec<(Recording, Option<Start>, JoinedLog<()>)> = Vec::new();
+    let mut parts: Vec<Part> = Vec::new();
     for mut log in logs {
         let mut found = Found::default();
         let bytes = &mut log.bytes;
         let read = read_into(&log.vehicle, &log.file, bytes, campaign, &mut found);
         problems.append(&mut found.problems);
+        let first_s = found.first_s.unwrap_or(0.0);
         let stated = campaign.starts_s.get(&log.log).map(|start_s| Start {
-            at_s: start_s.0,
+            at_s: start_s.0 - first_s,
             within_s: 0.0,
         });
         if let Some(mut recording) = read {
             recording.remarks = found.remarks;
-            let log = JoinedLog {
+            parts.push(Part {
+                recording,
+                zero: stated.or(found.starts),
+                first_s,
+                origin: found.origin,
                 vehicle: log.vehicle,
                 log: log.log,
                 file: log.file,
-                bytes: (),
-            };
-            parts.push((recording, stated.or(found.starts), log));
+            });
         }
     }
-    for (recording, start, log) in &parts {
-        if start.is_none() {
+    for part in &parts {
+        if part.zero.is_none() {
             let help = format!(
                 "write when it begins on a clock that all share: `starts_s: {{ \"{}\": ?, ... }}`",
-                log.log
+                part.log
             );
             problems.push(Problem {
                 message: "has no clock that other logs share".to_owned(),
                 help: Some(help),
-                ..Problem::file(&log.file)
+                ..Problem::file(&part.file)
             });
         }
-        let others = recording.vehicles.iter().filter(|of| of.id != log.vehicle);
-        for other in others {
+        let vehicles = part.recording.vehicles.iter();
+        for other in vehicles.filter(|of| of.id != part.vehicle) {
             let message = format!(
                 "holds `{}`, and is listed as of `{}`",
-                other.id, log.vehicle
+                other.id, part.vehicle
             );
             problems.push(Problem {
                 message,
-                ..Problem::file(&log.file)
+                ..Problem::file(&part.file)
             });
         }
     }
     if !problems.is_empty() {
         return Err(Problems(problems));
     }
-    let starts = parts.iter().filter_map(|(_, start, _)| *start);
-    let first_s = starts
-        .clone()
-        .map(|start| start.at_s)
-        .fold(f64::INFINITY, f64::min);
-    let within_s = starts.map(|start| start.within_s).fold(0.0, f64::max);
+    let zeros = parts.iter().filter_map(|part| part.zero);
+    let within_s = zeros.map(|zero| zero.within_s).fold(0.0, f64::max);
+    let begins_s = |part: &Part| part.zero.map_or(0.0, |zero| zero.at_s) + part.first_s;
+    let start_s = parts.iter().map(begins_s).fold(f64::INFINITY, f64::min);
+    let frame = parts.iter().find_map(|part| part.origin);
     let mut joined: Option<Recording> = None;
-    for (mut recording, start, log) in parts {
-        let later_s = start.map_or(0.0, |start| start.at_s - first_s);
+    for part in parts {
+        let later_s = begins_s(&part) - start_s;
+        let since_s = later_s - part.first_s;
+        let mut recording = part.recording;
         for vehicle in &mut recording.vehicles {
-            vehicle.track.t_s.iter_mut().for_each(|t_s| *t_s += later_s);
+            vehicle.track.t_s.iter_mut().for_each(|t_s| *t_s += since_s);
             if campaign.clock.is_none() && within_s > 0.0 {
                 vehicle.clock = Clock::Own { within_s };
             }
@@ -99,14 +119,17 @@ pub fn read_joined<R: BufRead>(
         for remark in &mut recording.remarks {
             remark.span_s = remark
                 .span_s
-                .map(|(from, to)| (from + later_s, to + later_s));
+                .map(|(from, to)| (from + since_s, to + since_s));
         }
-        let message = format!(
+        let begins = format!(
             "{} begins {later_s:.3} s after the first log of the flight",
-            log.file
+            part.file
         );
-        let remark = Remark::new(RemarkKind::Assumed, Some(&log.vehicle), message);
-        recording.remarks.push(remark);
+        let places = moved(&mut recording, part.origin, frame);
+        for message in std::iter::once(begins).chain(places) {
+            let remark = Remark::new(RemarkKind::Assumed, Some(&part.vehicle), message);
+            recording.remarks.push(remark);
+        }
         match &mut joined {
             None => joined = Some(recording),
             Some(all) => {
@@ -130,6 +153,31 @@ pub fn read_joined<R: BufRead>(
         (joined.remarks).push(Remark::new(RemarkKind::Assumed, None, message));
     }
     Ok(joined)
+}
+
+/// Brings places of a log into the frame that all share, and says what was done or taken for
+/// granted.
+fn moved(
+    recording: &mut Recording,
+    origin: Option<Origin>,
+    frame: Option<Origin>,
+) -> Option<String> {
+    let Some((origin, frame)) = origin.zip(frame) else {
+        let what = "its places are taken to be in the frame of the other logs, for it does not say where on the Earth they count from";
+        return Some(what.to_owned());
+    };
+    let shift_m = origin.shift_m(&frame);
+    let tracks = recording.vehicles.iter_mut().map(|of| &mut of.track);
+    let positions_m = tracks.flat_map(|track| &mut track.position_m);
+    positions_m.for_each(|position_m| *position_m += shift_m);
+    let heights = match origin.altitude_m.and(frame.altitude_m) {
+        Some(_) => "",
+        None => "; heights are taken to be over the same level",
+    };
+    (origin != frame).then(|| {
+        let [x, y, z]: [f64; 3] = shift_m.into();
+        format!("its places are moved by ({x:.2}, {y:.2}, {z:.2}) m into the frame of the first log, as both say where on the Earth they count from{heights}")
+    })
 }
 
 #[cfg(test)]
@@ -202,5 +250,19 @@ mod tests {
         let joined = read_joined("noon", logs(&tables), &starts).expect("in order");
         let begins = |vehicle: usize| joined.vehicles[vehicle].track.t_s[0];
         assert_eq!((begins(0), begins(1)), (0.25, 0.0));
+    }
+
+    #[test]
+    fn a_stated_start_is_that_of_the_first_row_whatever_the_log_counts_from() {
+        let starts = campaign(r#"starts_s: { "a": 0.0, "b": 0.5 },"#);
+        for from_s in [[100.0, 40.0], [-100.0, 40.0], [0.0, 0.0]] {
+            let tables = from_s.map(table);
+            let joined = read_joined("noon", logs(&tables), &starts).expect("in order");
+            let begins = |vehicle: usize| joined.vehicles[vehicle].track.t_s[0];
+            assert_eq!((begins(0), begins(1)), (0.0, 0.5), "{from_s:?}");
+            let said = |what: &str| joined.remarks.iter().any(|of| of.message.contains(what));
+            assert!(said("a.csv begins 0.000 s after") && said("b.csv begins 0.500 s after"));
+            assert!(said("it does not say where on the Earth"));
+        }
     }
 }

@@ -30,6 +30,7 @@ mod json;
 mod log;
 mod mcap;
 mod needed;
+mod origin;
 mod plausible;
 mod probes;
 mod samples;

@@ -41,7 +41,7 @@ pub(super) fn probes(
     let table = Table::open(PROBES, bytes, found)?;
     let wanted = ["t_s", "probe_id", "x_m", "y_m", "z_m", "speed_mps"];
     let columns = table.columns(&wanted, &[], found)?;
-    let rows = table.read(&columns, None, found);
+    let rows = table.read(&columns, columns.get(1).copied(), found);
     let mut samples = Vec::with_capacity(rows.lines.len());
     for (row, &line) in rows.lines.iter().enumerate() {
         let at = |column: usize| rows.numbers[column][row];
@@ -231,5 +231,38 @@ fn judge(
             "with a gap after them, the longest of {worst_s:.2} s (the rate is {rate_hz} Hz)"
         );
         remarks.tell(RemarkKind::Gap, &gaps, &what);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::record::recording::Measures;
+
+    #[test]
+    fn of_a_long_table_every_probe_keeps_every_second_row() {
+        let mut text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n".to_owned();
+        for row in 0..1_060_000_u32 {
+            let (t_s, probe) = (f64::from(row / 2), row % 2);
+            writeln!(text, "{t_s},{probe},0,0,1,{}.{}", 1 + probe, row % 7).expect("memory");
+        }
+        let instrument = Instrument {
+            kind: "vane".into(),
+            measures: Measures::SpeedMagnitude,
+            rate_hz: 0.5,
+            lowpass_tau_s: 0.0,
+            accuracy_abs_mps: 0.03,
+            accuracy_rel: 0.05,
+            resolution_mps: 0.01,
+        };
+        let mut found = Found::default();
+        let read = probes(text.as_bytes(), (&instrument, None), &mut found).expect("in order");
+        assert!(found.problems.is_empty(), "{:?}", found.problems);
+        for probe in [0, 1] {
+            let own = read.samples.iter().filter(|of| of.probe_id == probe);
+            assert_eq!(own.count(), 265_000);
+        }
     }
 }

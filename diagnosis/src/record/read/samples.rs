@@ -100,8 +100,8 @@ impl Samples {
         }
     }
 
-    /// Makes quaternions of roll, pitch and yaw, about x, y, z in the order yaw, pitch, roll; with
-    /// `turned`, pitch is logged with the other sign.
+    /// Adds quaternions of roll, pitch and yaw, about x, y, z in the order yaw, pitch, roll; with
+    /// `turned`, pitch is logged with the other sign. The angles stay, to be judged as logged.
     pub(super) fn quaternions_from_angles(&mut self, turned: bool) {
         let Some([roll, pitch, yaw]) = self.group(Role::Angle) else {
             return;
@@ -116,7 +116,5 @@ impl Samples {
         for (axis, column) in columns.into_iter().enumerate() {
             self.columns.insert(Role::Quaternion(axis), column);
         }
-        let is_angle = |role: &Role| matches!(role, Role::Angle(_));
-        self.columns.retain(|role, _| !is_angle(role));
     }
 }

@@ -225,7 +225,10 @@ impl<'b> Table<'b> {
             }
         }
         if stride > 1 {
-            let message = format!("{}: one row in {stride} of each vehicle is kept", self.file);
+            let message = format!(
+                "{}: one row in {stride} of each vehicle or probe is kept",
+                self.file
+            );
             found.remark(RemarkKind::Unused, None, message);
         }
         for (&column, &count) in numbers.iter().zip(&faults) {

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, Read as _};
 use std::ops::Range;
 
+use nalgebra::Vector3;
 use px4_ulog::stream_parser::model::{
     DropoutMessage, FlattenedField, FlattenedFieldType, UlogParseError,
 };
@@ -20,6 +21,7 @@ use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
 use super::found::{Found, GPS_WITHIN_S, Start};
 use super::log::Log;
+use super::origin::Origin;
 use super::samples::Samples;
 use super::series::{Sources, Stream, Thinning, joined};
 use super::table::{Table, thin};
@@ -124,6 +126,7 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         .find_map(|gps| starts(gps, start_us));
     let mut position_m = position_m.to_vec();
     continued(id, position, &mut position_m, found);
+    found.origin = origin(position, &position_m);
     let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
     only_valid(id, position, (&mut position_m, &mut velocity_mps), found);
     let mut place = stream(position, Role::Position, position_m);
@@ -278,6 +281,28 @@ fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut F
     }
 }
 
+/// Where the estimator first says that its positions count from, which resets before may have moved
+/// away from where those of the log do.
+fn origin(topic: &Topic, continued_m: &[Vec<f64>]) -> Option<Origin> {
+    let [latitude_deg, longitude_deg] = topic.whole(13..15)? else {
+        return None;
+    };
+    let altitude_m = topic.whole(15..16);
+    let logged_m = topic.whole(0..3)?;
+    let at = |row: usize| {
+        let [north_m, east_m, down_m] =
+            [0, 1, 2].map(|axis: usize| continued_m[axis][row] - logged_m[axis][row]);
+        let place_deg = [latitude_deg[row], longitude_deg[row]];
+        let altitude_m = altitude_m.map(|of| of[0][row]);
+        Origin::new(
+            place_deg,
+            altitude_m,
+            Vector3::new(north_m, -east_m, -down_m),
+        )
+    };
+    (0..topic.t_us.len()).find_map(at)
+}
+
 /// Positions that the estimator itself does not trust are missing, each axis for itself. Where it
 /// never knew the horizontal ones, as indoors without a camera, heights are what is left: the
 /// vehicle is taken to stay at one place.
@@ -354,6 +379,9 @@ const POSITION: Fields = &[
     "delta_xy[1]",
     "z_reset_counter",
     "delta_z",
+    "ref_lat",
+    "ref_lon",
+    "ref_alt",
 ];
 /// Topics of which every instance is looked at.
 const EVERY_INSTANCE: [&str; 2] = ["actuator_motors", "actuator_outputs"];

@@ -201,6 +201,49 @@ fn the_clock_of_gps_says_when_a_log_begins() {
 }
 
 #[test]
+fn logs_of_one_flight_are_brought_into_the_frame_of_the_first() {
+    // The second vehicle took off 20 m to the north, 30 m to the east and 5 m higher.
+    let log = |latitude: i32, longitude: i32, altitude_cm: i32| {
+        let mut log = Writer(flight());
+        log.declare(91, 24, "ORGN", "QBLLe", "TimeUS,Type,Lat,Lng,Alt");
+        // Home is somewhere else.
+        for (kind, more) in [(1, 5_000_000), (0, 0)] {
+            let place = [latitude + more, longitude, altitude_cm].map(i32::to_le_bytes);
+            log.put(91, &[&[0; 8][..], &[kind], &place.concat()].concat());
+        }
+        log.0
+    };
+    let text = CAMPAIGN.replace(
+        r#"vehicles: { "q1": "quad" },"#,
+        r#"vehicles: { "q1": "quad", "q2": "quad" },
+        joined: { "noon": { "q1": "a", "q2": "b" } }, starts_s: { "a": 0, "b": 0 },"#,
+    );
+    let campaign = Campaign::parse("c.ron", &text).expect("in order");
+    let bytes = [
+        log(470_000_000, 80_000_000, 40_000),
+        log(470_001_799, 80_003_947, 40_500),
+    ];
+    let logs = [("q1", "a"), ("q2", "b")].into_iter().zip(&bytes);
+    let logs = logs.map(|((vehicle, log), bytes)| super::super::JoinedLog {
+        vehicle: vehicle.to_owned(),
+        log: log.to_owned(),
+        file: format!("{log}.bin"),
+        bytes: bytes.as_slice(),
+    });
+    let joined = super::super::read_joined("noon", logs.collect(), &campaign).expect("in order");
+    let [first, second] = [0, 1].map(|of| joined.vehicles[of].track.position_m[0]);
+    // x north, y west, z up; a ten-millionth of a degree is a centimetre.
+    let apart_m = second - first;
+    assert!(
+        (apart_m - Vector3::new(20.0, -30.0, 5.0)).norm() < 0.02,
+        "{apart_m}"
+    );
+    let said = joined.remarks.iter().map(|of| of.message.as_str());
+    let moved: Vec<&str> = said.filter(|of| of.contains("are moved by")).collect();
+    assert_eq!(moved.len(), 1, "{moved:?}");
+}
+
+#[test]
 fn of_a_long_log_every_second_message_is_kept_and_that_is_said() {
     let mut log = Writer(Vec::new());
     log.declare(80, 36, "XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD");

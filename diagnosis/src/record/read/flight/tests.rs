@@ -305,6 +305,25 @@ fn what_the_metadata_leave_open_is_an_error_or_said() {
 }
 
 #[test]
+fn angles_in_degrees_that_say_radians_are_refused() {
+    let metadata = CAMPAIGN.replace(", \"b\": \"small\"", "");
+    let said = |angles: &str| {
+        let row = |tick: u32| format!("{},0,0,1,{angles}\n", 0.02 * f64::from(tick));
+        let rows: String = (0..50).map(row).collect();
+        let text = format!("t_s,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad\n{rows}");
+        let read = read_flight("f", "f.csv", text.as_bytes(), &campaign(&metadata));
+        read.map(|_| String::new())
+            .unwrap_or_else(|problems| problems.to_string())
+    };
+    assert_eq!(said("0.1,0.1,3.1"), "");
+    assert!(said("0.1,0.1,90").contains("its yaw begins at 90.00 rad"));
+    for tilt in ["3.6,0,0", "0,-3.6,0"] {
+        let said = said(tilt);
+        assert!(said.contains("no row of vehicle `a` can be used"), "{said}");
+    }
+}
+
+#[test]
 fn one_vehicle_needs_no_column_and_units_are_those_of_the_names() {
     let metadata = CAMPAIGN.replace(", \"b\": \"small\"", "").replace(
         "SpecificForceInWorld",

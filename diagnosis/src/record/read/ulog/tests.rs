@@ -333,6 +333,29 @@ fn the_tables_of_ulog2csv_read_like_the_log() {
 }
 
 #[test]
+fn what_positions_count_from_is_where_it_lies_in_a_frame_that_resets_do_not_move() {
+    let header = "timestamp,x,y,z,vx,vy,vz,z_reset_counter,delta_z";
+    let header =
+        format!("{header},xy_reset_counter,delta_xy[0],delta_xy[1],ref_lat,ref_lon,ref_alt");
+    let mut position = header + "\n";
+    for tick in 0..100_u32 {
+        // With its first fix the estimator moves its origin 4 m down and says where that is.
+        let row = match tick < 50 {
+            true => "0.3,0.2,-3.0,0,0,0,1,0,0,0,0,nan,nan,nan",
+            false => "0.3,0.2,-7.0,0,0,0,2,-4,0,0,0,47.5,8.5,431",
+        };
+        position += &format!("{},{row}\n", tick * 20_000);
+    }
+    let files = [("log_7_vehicle_local_position_0.csv".into(), position.into())];
+    let mut found = Found::default();
+    let topics = from_tables(&files.into(), &mut found);
+    super::flight("log_7", "log_7", &topics, &campaign(), &mut found).expect("in order");
+    let below_m = Vector3::new(0.0, 0.0, -4.0);
+    let origin = Origin::new([47.5, 8.5], Some(431.0), below_m);
+    assert_eq!(found.origin, origin);
+}
+
+#[test]
 fn motors_of_another_instance_heights_alone_and_moved_origins_are_read() {
     let mut position =
         String::from("timestamp,x,y,z,vx,vy,vz,xy_valid,z_valid,z_reset_counter,delta_z\n");
