@@ -5,8 +5,8 @@
 //! ```
 //!
 //! `V₀`: the voltage at the beginning of the recording. `k = 1` where thrust goes with the square
-//! of duty times voltage. Range: -2 to 4, of which a fit takes what its sign allows. Present outside
-//! every jet, and monotone in the voltage: that tells it from air.
+//! of duty times voltage. Range: -2 to 4, of which a fit takes what its sign allows. Present
+//! outside every jet, and monotone in the voltage: that tells it from air.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,8 @@
 //! How far to trust the three constants: what each flight or block of time says about them, and 95
 //! % intervals that cover with a handful of flights.
 //!
-//! Near the fit the constants answer linearly, so weighing flights anew needs no new fit: flight `f`
-//! counted `n_f` times (0: left out) moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by
+//! Near the fit the constants answer linearly, so weighing flights anew needs no new fit: flight
+//! `f` counted `n_f` times (0: left out) moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by
 //! three. A flight's own gain and zero are eliminated within its `A_f` and `s_f`, so they go with
 //! it.
 //!

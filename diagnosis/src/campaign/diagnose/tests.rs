@@ -118,3 +118,18 @@ fn a_finding_is_judged_on_any_number_of_flights_and_of_one_block_without_an_inte
     let [low, after, high] = one.rms_after;
     assert!(low.is_nan() && after > 0.0 && high.is_nan(), "{one:?}");
 }
+
+#[test]
+fn what_is_taken_back_leaves_nothing_that_would_have_come_next() {
+    let (recordings, options) = (flights(|_, _| 0.01), CampaignOptions::default());
+    let forces = Forces::new(&recordings, &options).expect("ready forces");
+    let every = forces.at_every_step(&Hypothesis::default());
+    let scatter = scatter(&forces, &every, 1.0 / RATE_HZ);
+    let candidates = library(&forces, forces.alone);
+    let setting = Setting::within(&forces, &scatter.noise, &candidates, [1e-6, TOLERANCE_N]);
+    let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS);
+    assert!(!chosen.turns.is_empty() && chosen.next.is_some());
+    chosen.withdraw();
+    assert!(chosen.turns.is_empty() && chosen.next.is_none());
+    assert!(chosen.selection.chosen.which.is_empty());
+}

@@ -157,18 +157,21 @@ pub(super) fn dataflash(log: Log<'_>, campaign: &Campaign, found: &mut Found) ->
     })
 }
 
+/// A field's place in the payload, and its letter.
+type Field = (usize, u8);
+
 /// A message as the log declares it.
 struct Declared {
     /// Bytes with the head.
     length: usize,
     /// Which of [`WANTED`]; its fields' places and letters in the payload, as many as it wants.
-    wanted: Option<(usize, Vec<(usize, u8)>)>,
-    time: Option<(usize, u8)>,
-    instance: Option<(usize, u8)>,
+    wanted: Option<(usize, Vec<Field>)>,
+    time: Option<Field>,
+    instance: Option<Field>,
     /// Status, week and millisecond, of a message of GPS.
-    gps: Option<[(usize, u8); 3]>,
+    gps: Option<[Field; 3]>,
     /// Type, latitude and longitude, of a message of an origin, and its height.
-    origin: Option<([(usize, u8); 3], Option<(usize, u8)>)>,
+    origin: Option<([Field; 3], Option<Field>)>,
 }
 
 /// What a log holds.

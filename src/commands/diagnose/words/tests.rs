@@ -307,3 +307,35 @@ fn what_nothing_predicts_is_neither_placed_nor_corrected() {
             || text.contains("Nowhere in particular") && !text.contains("It depends on")
     });
 }
+
+#[test]
+fn flights_are_pointed_to_no_section_that_their_report_lacks() {
+    for seed in 0..FINDINGS {
+        let mut finding = finding(seed);
+        finding.channel = Channel::VerticalForce;
+        let text = text(&finding);
+        assert!(!text.contains("under what remains") || text.contains("WHAT REMAINS"));
+    }
+}
+
+#[test]
+fn of_a_candidate_always_and_from_some_moment_on_the_one_that_was_taken_is_marked() {
+    let random = &mut Draws::new(1);
+    let mut finding = finding(1);
+    let mut late = effect("crossflow", random);
+    late.parameters.insert("t0".to_owned(), estimate(random));
+    finding.effects = vec![late];
+    let ranked = |gain: f64, names: &[&str]| Ranked {
+        name: "crossflow".into(),
+        gain,
+        gain_error: 1.0,
+        practical: true,
+        parameters: names.iter().map(|name| ((*name).to_owned(), 1.0)).collect(),
+        at_bound: false,
+    };
+    finding.candidates = vec![ranked(90.0, &["q", "t0"]), ranked(40.0, &["q"])];
+    let text = text(&finding);
+    let mut rows = text.lines().filter(|line| line.ends_with("taken"));
+    let row = rows.next().unwrap_or_default();
+    assert!(row.contains("t0") && rows.next().is_none(), "{text}");
+}
