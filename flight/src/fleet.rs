@@ -232,7 +232,9 @@ impl Fleet {
             ));
         }
         let path = &drone.trajectory;
-        let at = drone.worst_air_at_s.map(|t_s| path.point_at(t_s).unwrap_or(0));
+        let at = drone
+            .worst_air_at_s
+            .map(|t_s| path.point_at(t_s).unwrap_or(0));
         let claimed_kg = at.and_then(|point| path.mass_kg.get(point).copied());
         let claimed_kg = claimed_kg.unwrap_or(airframe.mass_kg());
         Ok(Craft {
