@@ -204,7 +204,10 @@ fn a_drone_that_cannot_be_there_in_time_is_told_when_it_is_and_then_planned() {
             world.drones[0].tasks[0].during_s = Some([due_s, 20.0]);
             answered(&world)
         };
-        let FailureCause::TooLate { at_s, is_proven, .. } = due(2.0).failures[0].cause else {
+        let FailureCause::TooLate {
+            at_s, is_proven, ..
+        } = due(2.0).failures[0].cause
+        else {
             panic!("late at all");
         };
         assert!(is_proven);
