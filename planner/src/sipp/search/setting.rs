@@ -139,8 +139,8 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Whether what is in the way of a leg that departs then cannot be taken back: it is over before
-    /// its drone can do something else, or what is flown up to then is in the way itself.
+    /// Whether what is in the way of a leg that departs then cannot be taken back: it is over
+    /// before its drone can do something else, or what that flies until then is in the way itself.
     pub(super) fn is_under_way(&self, blocker: &Blocker, departs: Tick) -> bool {
         let Some(&until) = self.under_way.get(blocker.drone.0 as usize) else {
             return false;
