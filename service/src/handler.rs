@@ -171,8 +171,9 @@ impl Service {
                     plan: Some(plan),
                     time_limit_s: None,
                 };
-                let open = Params::of(open);
-                self.open(open, &|| 0.0).map(|_| None).map_err(told)
+                self.open(Params::of(open), &|| 0.0).map_err(told)?;
+                self.flown().map_err(told)?.is_replayed = true;
+                Ok(None)
             }
             Record::Changed {
                 revision,
@@ -365,7 +366,12 @@ impl Service {
         let limit = Limit::new(asked.asked.time_limit_s, elapsed_s);
         let on_time = flown.on_time(asked.asked.at_s);
         let seen = on_time.and_then(|()| flown.judge(&asked.asked, &limit));
-        let (state, Sighting { late, off_path }) = asked.with(seen)?;
+        let (state, sighting) = asked.with(seen)?;
+        let Sighting {
+            seen,
+            late,
+            off_path,
+        } = sighting;
         let (patch, record) = match late.is_empty() {
             true => (None, None),
             false => {
@@ -374,9 +380,9 @@ impl Service {
             }
         };
         flown.tell(state.at_s);
-        for (name, place) in state.drones {
-            let seen = (state.at_s, Point3::from(place.position_m));
-            flown.seen.insert(name, seen);
+        for name in seen {
+            let place_m = Point3::from(state.drones[&name].position_m);
+            flown.seen.insert(name, (state.at_s, place_m));
         }
         let revision = flown.revision;
         let seen = Seen {
@@ -409,6 +415,8 @@ enum Failed {
 
 /// What positions say of the drones.
 struct Sighting {
+    /// Who is there.
+    seen: Vec<String>,
     late: Vec<OneChange>,
     off_path: Vec<OffPath>,
 }
@@ -474,6 +482,7 @@ impl Flown {
     fn judge(&self, state: &State, limit: &Limit<'_>) -> Result<Sighting, Refusals> {
         let plan = self.running.plan();
         let (mut late, mut off_path, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+        let mut seen = Vec::new();
         let drones = plan.drones.iter().enumerate();
         let known: BTreeMap<&str, (usize, &plan::DronePlan)> = drones
             .map(|(index, it)| (&it.name[..], (index, it)))
@@ -492,6 +501,7 @@ impl Flown {
             if !self.running.is_there(index, state.at_s) {
                 continue;
             }
+            seen.push(name.clone());
             let enters_s = entry.enters_s.unwrap_or(0.0);
             let position_m = Point3::from(place.position_m);
             let before = self.seen.get(name).copied();
@@ -520,7 +530,11 @@ impl Flown {
             }
         }
         match wrong.is_empty() {
-            true => Ok(Sighting { late, off_path }),
+            true => Ok(Sighting {
+                seen,
+                late,
+                off_path,
+            }),
             false => Err(wrong),
         }
     }

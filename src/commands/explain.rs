@@ -120,7 +120,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::NotAPlan { path, reason });
     };
     let stops = viewer::stops(&plan, world.as_ref(), k);
-    let is_there = is_there(drone, at_s);
+    let is_there = is_there(&plan, drone, at_s);
     let mut at_once = stops.iter();
     let stop = at_once.find(|it| is_there && it.from_s <= at_s && at_s < it.until_s);
     let speed_mps = state.velocity_mps.norm();
@@ -206,10 +206,11 @@ fn world_of(plan: &Plan, path: &Path) -> Result<World, Failure> {
     Err(Failure::Inapplicable(vec![what]))
 }
 
-/// Whether a drone has come, and has not left.
-fn is_there(drone: &DronePlan, at_s: f64) -> bool {
+/// Whether a drone has come, and has not left: one that is not planned stays at its start.
+fn is_there(plan: &Plan, drone: &DronePlan, at_s: f64) -> bool {
     let last_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
-    let has_left = drone.at_end == AtEnd::Leave && at_s > last_s;
+    let is_planned = plan.unplanned.iter().all(|it| it.name != drone.name);
+    let has_left = is_planned && drone.at_end == AtEnd::Leave && at_s > last_s;
     !has_left && drone.enters_s.is_none_or(|enters_s| enters_s <= at_s)
 }
 

@@ -53,6 +53,7 @@ use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::passage::Passages;
 use crate::graph::roadmap::{Stop, Vertex};
+use crate::plan::file::arrivals_s;
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AtEnd, DronePlan, Plan, TrajectoryEntry, Unplanned, Violation};
@@ -1162,8 +1163,16 @@ impl Turn<'_> {
                         track.go_on(&path.legs);
                     }
                     write_legs(entry, &track.agent, &track.legs, mass_kg);
-                    write_arrival(entry, &track.legs, agent, path.arrives);
                     entry.at_end = world.drones[index].at_end;
+                    // Who stays on the ground has arrived with its landing.
+                    let stays_down = agent.grounded && agent.stays();
+                    let landed_s = arrivals_s(entry).first().copied();
+                    let has_flown = entry.airborne_s.1 > Some(entry.airborne_s.0);
+                    match landed_s {
+                        _ if stays_down && entry.arrives_s <= known.seconds() => {}
+                        Some(landed_s) if stays_down && has_flown => entry.arrives_s = landed_s,
+                        _ => write_arrival(entry, &track.legs, agent, path.arrives),
+                    }
                     plan.unplanned.retain(|one| one.name != name);
                 }
                 (None, Some(Cause::Removed | Cause::Failed)) => {

@@ -280,14 +280,19 @@ fn of_drone(drone: &Drone, entry: &DronePlan, (world, plan): (&World, &Plan)) ->
 }
 
 /// When each task of a drone is reached, and when its dwell ends (s), in order, up to the first
-/// that is not reached; loads are not looked at.
+/// that is not reached; loads and due times are not looked at.
 pub fn dwells(drone: &Drone, entry: &DronePlan) -> Vec<(f64, f64)> {
     let Some(trajectory) = trajectory_of(drone, entry) else {
         return Vec::new();
     };
     let mut since_s = 0.0;
     let next = |task: &Task| {
-        let found = reached(&trajectory, task, since_s, None)?;
+        let held = task.during_s.map(|[_, until_s]| [f64::INFINITY, until_s]);
+        let task = Task {
+            during_s: held,
+            ..task.clone()
+        };
+        let found = reached(&trajectory, &task, since_s, None)?;
         since_s = found.1;
         Some(found)
     };

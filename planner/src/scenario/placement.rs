@@ -112,9 +112,7 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
         let rest_m = landing_place_m(&world.bounds_m, solids, it.start_m, body_m);
         let gap_m = it.start_m.z - rest_m.z;
         if sound && it.at_start == AtStart::Landed && gap_m > SUPPORT_TOLERANCE_M {
-            let nearest_m = misfit(world, solids, rest_m, body_m - REST_TOLERANCE_M)
-                .is_none()
-                .then_some(rest_m);
+            let nearest_m = nearest_pad_m(world, solids, it);
             report(
                 Spot::Start,
                 it.start_m,
@@ -324,7 +322,9 @@ fn nearest_landing_m(
 /// A place near a landed drone's start (m) where it can stand, and leave if it is to; on the same
 /// rings.
 fn nearest_pad_m(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>> {
-    let (body_m, start_m) = (drone.vehicle.body_radius_m, drone.start_m);
+    let body_m = drone.vehicle.body_radius_m;
+    let (min_m, max_m) = (world.bounds_m.min.coords, world.bounds_m.max.coords);
+    let start_m = drone.start_m.coords.sup(&min_m).inf(&max_m);
     let stands = |above_m: Point3<f64>| {
         let mut rest_m = landing_place_m(&world.bounds_m, solids, above_m, body_m);
         // Whole centimetres, and not into what is below.

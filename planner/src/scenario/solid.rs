@@ -407,7 +407,7 @@ fn smallest_on_segment_m(a: Vector, b: Vector, distance_m: impl Fn(Vector) -> f6
     ends_m.min(found.left.1).min(found.right.1)
 }
 
-/// The connected parts of a mesh, each with its orientation outward where it is closed.
+/// The parts of a mesh, joined along edges, each with its orientation outward where it is closed.
 fn mesh_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Form> {
     // Files often repeat a corner for every face: equal places are one vertex.
     let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
@@ -423,19 +423,20 @@ fn mesh_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Form> {
         })
         .collect();
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| merged[corner as usize]);
+    let has_sides = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    let triangles: Vec<[u32; 3]> = triangles.iter().map(corners).filter(has_sides).collect();
 
-    let mut joined = UnionFind::<u32>::new(places.len());
-    for triangle in triangles {
-        let [a, b, c] = corners(triangle);
-        joined.union(a, b);
-        joined.union(a, c);
-    }
-    let mut groups: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
-    for triangle in triangles {
-        let [a, b, c] = corners(triangle);
-        if a != b && b != c && c != a {
-            groups.entry(joined.find(a)).or_default().push([a, b, c]);
+    let mut joined = UnionFind::<usize>::new(triangles.len());
+    let mut first_at: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for (index, [a, b, c]) in triangles.iter().enumerate() {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let edge = [*from.min(to), *from.max(to)];
+            joined.union(*first_at.entry(edge).or_insert(index), index);
         }
+    }
+    let mut groups: BTreeMap<usize, Vec<[u32; 3]>> = BTreeMap::new();
+    for (index, triangle) in triangles.into_iter().enumerate() {
+        groups.entry(joined.find(index)).or_default().push(triangle);
     }
     let parts = groups.into_values();
     parts

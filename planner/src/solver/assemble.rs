@@ -98,12 +98,6 @@ pub(crate) fn write_legs(
 /// it.
 pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, arrives: Tick) {
     let alone = agent.alone_ticks;
-    // Who stays on the ground has arrived with its landing.
-    let landed = legs.iter().rfind(|leg| leg.flying).map(|leg| leg.end);
-    let arrives = match landed {
-        Some(landed) if agent.stays() && agent.grounded => arrives.min(landed),
-        _ => arrives,
-    };
     // It sinks as late as its motion takes to begin, which is no whole number of ticks.
     let sinks_later_s = match (&agent.smoothing, agent.ending) {
         (Some(it), Ending::Land { .. }) => Tick(it.lead_ticks()).seconds() - it.kernel.half_s(),

@@ -372,15 +372,21 @@ pub(crate) fn agent_of(
         .then(|| Smoothing::new(&drone.vehicle, roadmap.lattice(), mover.step_ticks()));
     // It is there and at rest so long after its path is, and leaves so long before.
     let lead_ticks = smoothing.as_ref().map_or(0, Smoothing::lead_ticks);
-    // Between two tasks at one place it neither arrives nor leaves.
-    let arrives = |task: usize| task == 0 || vertices[task] != vertices[task + 1];
+    // Between two windows at one place that meet it neither arrives nor leaves; a load is taken up
+    // at rest.
+    let stays_on = |task: usize| {
+        let before = task.checked_sub(1).and_then(|it| duties.tasks[it].during_s);
+        let next = &duties.tasks[task];
+        let meet = before.zip(next.during_s).is_some_and(|(a, b)| b[0] <= a[1]);
+        meet && next.load_kg.is_none() && vertices[task] == vertices[task + 1]
+    };
     let count = duties.tasks.len();
     let waypoints = (duties.tasks.iter().enumerate())
         .zip(vertices.windows(2))
         .map(|((index, task), ends)| {
             let lead = |has: bool| if has { lead_ticks } else { 0 };
-            let before = lead(arrives(index));
-            let after = lead(index + 1 < count && arrives(index + 1));
+            let before = lead(!stays_on(index));
+            let after = lead(index + 1 < count && !stays_on(index + 1));
             Waypoint {
                 distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
                 dwell_ticks: Tick::lasting(task.dwell_s) + before + after,

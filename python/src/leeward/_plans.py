@@ -111,8 +111,9 @@ class Plan:
     def load(path: Union[str, os.PathLike[str]]) -> Plan:
         """Reads a plan.json and judges it; raises ``PlanError`` where it is none.
 
-        Its figures are what follows from its trajectories; ``check`` names those that the file
-        states and that differ.
+        Its figures are what follows from its trajectories, but for ``may_be_late_s`` and what would
+        take planning, which stay as stated; ``check`` names those that the file states and that
+        differ.
         """
         text = _text_of(path)
         plan = Plan(_leeward.Plan.read(text))

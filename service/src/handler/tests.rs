@@ -816,10 +816,8 @@ fn a_drone_that_has_landed_stays_where_it_is_told_to_land() {
     let patch = told.answer.patch().expect("the others land").clone();
     assert!(patch.changed.iter().all(|it| it.drone != "third"));
     let after = flown(&service).drones[2].clone();
-    assert_eq!(
-        (after.at_end, after.airborne_s),
-        (before.at_end, before.airborne_s)
-    );
+    let told = |it: &planner::plan::DronePlan| (it.at_end, it.airborne_s, it.arrives_s);
+    assert_eq!(told(&after), told(&before));
 }
 
 #[test]
@@ -877,6 +875,16 @@ fn positions_of_a_drone_that_has_left_are_passed_over_however_long_ago() {
     assert!(drones.iter().all(|it| it.name != "left"), "it is dropped");
     let seen = tell(&mut service, &state(200.0, "left", [20.5, 2.5, 1.5]));
     assert_eq!(seen.answer.error, None);
+    // Where it was is not where another of that name comes.
+    let again = json!([{"add": {
+        "drone": "left", "like": "right", "start_m": [2.5, 2.5, 1.5], "tasks": [],
+    }}]);
+    assert_eq!(
+        tell(&mut service, &change(3, 201.0, &again)).answer.error,
+        None
+    );
+    let seen = tell(&mut service, &state(201.2, "left", [2.5, 2.5, 1.5]));
+    assert_eq!(seen.answer.error, None);
     let mut service = leaving();
     let seen = tell(&mut service, &state(leaves_s, "left", [18.5, 2.5, 1.5]));
     assert_eq!((seen.answer.error, seen.record), (None, None));
@@ -896,6 +904,11 @@ fn after_a_replay_the_first_time_told_may_be_long_after_the_last_change() {
     assert_eq!(seen.answer.error, None);
     let seen = tell(&mut again, &state(900_000.0, "left", [20.5, 2.5, 1.5]));
     assert_eq!(seen.answer.error.unwrap().code, Code::Time);
+    let mut unchanged = Service::default();
+    let opened = tell(&mut Service::default(), &open).record.unwrap();
+    unchanged.replay(opened).unwrap();
+    let seen = tell(&mut unchanged, &state(172_000.0, "left", [20.5, 2.5, 1.5]));
+    assert_eq!(seen.answer.error, None);
 }
 
 #[test]

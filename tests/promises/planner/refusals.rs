@@ -395,6 +395,31 @@ fn two_windows_at_one_place_that_meet_are_one_stay() {
     }
 }
 
+/// The second is dwelt whole with its load, whoever else comes there in between.
+#[test]
+fn two_dwells_at_one_place_are_each_kept() {
+    for (tasks, other) in [
+        (
+            "(to_m: (5.5, 2.5, 1.5), dwell_s: 2), (to_m: (5.5, 2.5, 1.5), dwell_s: 3, load_kg: 0.02)",
+            "",
+        ),
+        (
+            "(to_m: (5.5, 2.5, 1.5), dwell_s: 4), (to_m: (5.5, 2.5, 1.5), dwell_s: 6)",
+            r#", (name: "b", airframe: "kolibri", start_m: (1.5, 6.5, 1.5),
+                tasks: [(to_m: (5.5, 2.5, 1.5), during_s: (10, 14)), (to_m: (9.5, 6.5, 1.5))])"#,
+        ),
+    ] {
+        let world = read(&format!(
+            r#"Scenario(name: "dwells", bounds_m: (min: (0, 0, 0), max: (12, 8, 4)), drones: [
+            (name: "a", airframe: "kolibri", start_m: (2.5, 2.5, 1.5),
+                tasks: [{tasks}, (to_m: (8.5, 2.5, 1.5))]){other}])"#
+        ));
+        let planned = answered(&world);
+        assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+        assert_sound(&world, &planned.plan);
+    }
+}
+
 /// Pads in a rack, and between a rack and a post that is nearer than a drone may stray.
 #[test]
 fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_told() {

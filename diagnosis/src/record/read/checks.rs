@@ -36,7 +36,7 @@ const MOST_BATTERY_V: f64 = 100.0;
 const BACKWARD: f64 = 0.05;
 /// How far below the floor a position may be read (m). Chosen here: a bad marker model, not a
 /// cellar.
-const BELOW_FLOOR_M: f64 = 0.2;
+pub(super) const BELOW_FLOOR_M: f64 = 0.2;
 /// A gap is longer than this many median steps ...
 const GAP_OVER_MEDIAN: f64 = 3.0;
 /// ... and longer than this (s): chosen here, the time in which a Crazyflie's attitude can turn by

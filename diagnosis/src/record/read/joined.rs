@@ -3,6 +3,7 @@
 use std::io::BufRead;
 
 use super::campaign::Campaign;
+use super::checks::BELOW_FLOOR_M;
 use super::found::{Found, Start};
 use super::log::read_into;
 use super::origin::Origin;
@@ -167,13 +168,23 @@ fn moved(
         return Some(what.to_owned());
     };
     let shift_m = origin.shift_m(&frame);
+    let lowest_m = (recording.environment.floor_z_m).map(|floor_z_m| floor_z_m - BELOW_FLOOR_M);
+    let (mut rows, mut below) = (0, 0);
     let tracks = recording.vehicles.iter_mut().map(|of| &mut of.track);
-    let positions_m = tracks.flat_map(|track| &mut track.position_m);
-    positions_m.for_each(|position_m| *position_m += shift_m);
-    let heights = match origin.altitude_m.and(frame.altitude_m) {
-        Some(_) => "",
-        None => "; heights are taken to be over the same level",
+    for position_m in tracks.flat_map(|track| &mut track.position_m) {
+        *position_m += shift_m;
+        rows += 1;
+        below += usize::from(lowest_m.is_some_and(|lowest_m| position_m.z < lowest_m));
+    }
+    let mut heights = match origin.altitude_m.and(frame.altitude_m) {
+        Some(_) => String::new(),
+        None => "; heights are taken to be over the same level".to_owned(),
     };
+    if below > 0 {
+        heights += &format!(
+            "; {below} of its {rows} rows are then more than {BELOW_FLOOR_M} m below the floor: heights of origins are GPS's, and can be metres off"
+        );
+    }
     (origin != frame).then(|| {
         let [x, y, z]: [f64; 3] = shift_m.into();
         format!("its places are moved by ({x:.2}, {y:.2}, {z:.2}) m into the frame of the first log, as both say where on the Earth they count from{heights}")

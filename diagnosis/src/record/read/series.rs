@@ -159,6 +159,10 @@ impl Stream {
                 Role::Quaternion(part) => std::mem::take(turned.get_mut(*part)?),
                 Role::Acceleration(_) => averaged(&self.t_s, column, t_s, NEAR_S),
                 Role::Battery => brought(&self.t_s, column, t_s, BATTERY_NEAR_S),
+                Role::Angle(2) => {
+                    let yaws = brought(&self.t_s, &unwrapped(column), t_s, NEAR_S);
+                    begun_within_a_turn(yaws)
+                }
                 Role::Angle(_) => brought(&self.t_s, &unwrapped(column), t_s, NEAR_S),
                 _ => brought(&self.t_s, column, t_s, NEAR_S),
             };
@@ -210,6 +214,16 @@ fn unwrapped(angles: &[f64]) -> Vec<f64> {
     angles.iter().map(one).collect()
 }
 
+/// The same yaws (rad), less whole turns so that the first lies within a turn of 0.
+fn begun_within_a_turn(mut yaws: Vec<f64>) -> Vec<f64> {
+    use std::f64::consts::TAU;
+    if let Some(first) = yaws.iter().find(|yaw| yaw.is_finite()) {
+        let turns = (first / TAU).trunc();
+        yaws.iter_mut().for_each(|yaw| *yaw -= turns * TAU);
+    }
+    yaws
+}
+
 /// Values at other times, on the line between the two readings around each; NaN farther than
 /// `near_s` from either.
 fn brought(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
@@ -259,5 +273,16 @@ mod tests {
         };
         let (_, yaw) = &stream.at(&[0.05])[0];
         assert!((yaw[0] - std::f64::consts::PI).abs() < 1e-12, "{yaw:?}");
+    }
+
+    #[test]
+    fn a_yaw_begins_within_a_turn_where_it_is_first_asked_for() {
+        let stream = Stream {
+            t_s: vec![0.0, 0.1, 0.2],
+            columns: vec![(Role::Angle(2), vec![6.2, 0.1, 0.3])],
+        };
+        let (_, yaw) = &stream.at(&[0.1, 0.2])[0];
+        let off = (yaw[0] - 0.1).abs().max((yaw[1] - 0.3).abs());
+        assert!(off < 1e-12, "{yaw:?}");
     }
 }

@@ -182,6 +182,23 @@ fn the_highest_surface_straight_below_supports() {
 }
 
 #[test]
+fn a_crate_has_an_inside_whatever_touches_it_at_a_corner() {
+    let mut obstacle = mesh([0.0; 3], [2.0; 3], false);
+    let Solid::Mesh {
+        vertices_m,
+        triangles,
+        ..
+    } = &mut obstacle.shape
+    else {
+        unreachable!("it is a mesh");
+    };
+    vertices_m.extend([at(3.0, 2.0, 2.0), at(3.0, 3.0, 2.0)]);
+    triangles.push([7, 8, 9]);
+    let solids = Solids::new(&[obstacle]);
+    assert!((solids.distance_to_point_m(at(1.0, 1.0, 1.0)).0 + 1.0).abs() < 1e-9);
+}
+
+#[test]
 fn an_open_sheet_has_no_inside() {
     let vertices_m = vec![at(0.0, 0.0, 1.0), at(4.0, 0.0, 1.0), at(0.0, 4.0, 1.0)];
     let shape = Solid::Mesh {

@@ -215,32 +215,38 @@ fn logs_of_one_flight_are_brought_into_the_frame_of_the_first() {
     };
     let text = CAMPAIGN.replace(
         r#"vehicles: { "q1": "quad" },"#,
-        r#"vehicles: { "q1": "quad", "q2": "quad" },
+        r#"vehicles: { "q1": "quad", "q2": "quad" }, floor_z_m: 0,
         joined: { "noon": { "q1": "a", "q2": "b" } }, starts_s: { "a": 0, "b": 0 },"#,
     );
     let campaign = Campaign::parse("c.ron", &text).expect("in order");
-    let bytes = [
-        log(470_000_000, 80_000_000, 40_000),
-        log(470_001_799, 80_003_947, 40_500),
-    ];
-    let logs = [("q1", "a"), ("q2", "b")].into_iter().zip(&bytes);
-    let logs = logs.map(|((vehicle, log), bytes)| super::super::JoinedLog {
-        vehicle: vehicle.to_owned(),
-        log: log.to_owned(),
-        file: format!("{log}.bin"),
-        bytes: bytes.as_slice(),
-    });
-    let joined = super::super::read_joined("noon", logs.collect(), &campaign).expect("in order");
-    let [first, second] = [0, 1].map(|of| joined.vehicles[of].track.position_m[0]);
-    // x north, y west, z up; a ten-millionth of a degree is a centimetre.
-    let apart_m = second - first;
-    assert!(
-        (apart_m - Vector3::new(20.0, -30.0, 5.0)).norm() < 0.02,
-        "{apart_m}"
-    );
-    let said = joined.remarks.iter().map(|of| of.message.as_str());
-    let moved: Vec<&str> = said.filter(|of| of.contains("are moved by")).collect();
-    assert_eq!(moved.len(), 1, "{moved:?}");
+    for (altitude_cm, higher_m) in [(40_500, 5.0), (30_000, -100.0)] {
+        let bytes = [
+            log(470_000_000, 80_000_000, 40_000),
+            log(470_001_799, 80_003_947, altitude_cm),
+        ];
+        let logs = [("q1", "a"), ("q2", "b")].into_iter().zip(&bytes);
+        let logs = logs.map(|((vehicle, log), bytes)| super::super::JoinedLog {
+            vehicle: vehicle.to_owned(),
+            log: log.to_owned(),
+            file: format!("{log}.bin"),
+            bytes: bytes.as_slice(),
+        });
+        let joined = super::super::read_joined("noon", logs.collect(), &campaign);
+        let joined = joined.expect("in order");
+        let [first, second] = [0, 1].map(|of| joined.vehicles[of].track.position_m[0]);
+        // x north, y west, z up; a ten-millionth of a degree is a centimetre.
+        let apart_m = second - first;
+        assert!(
+            (apart_m - Vector3::new(20.0, -30.0, higher_m)).norm() < 0.02,
+            "{apart_m}"
+        );
+        let said = joined.remarks.iter().map(|of| of.message.as_str());
+        let moved: Vec<&str> = said.filter(|of| of.contains("are moved by")).collect();
+        let [moved] = moved[..] else {
+            panic!("{moved:?}");
+        };
+        assert_eq!(moved.contains("below the floor"), higher_m < 0.0, "{moved}");
+    }
 }
 
 #[test]
