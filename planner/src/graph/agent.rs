@@ -27,6 +27,8 @@ pub(crate) struct Agent {
     pub(crate) grounded: bool,
     /// Whose air it is in when it departs, and cannot but fly out of; see [`Agent::forgives`].
     pub(crate) forgiven: Vec<DroneId>,
+    /// It comes, or is told to do something else, and could stay where it is.
+    pub(crate) is_sent: bool,
     /// Its tasks in order.
     pub(crate) waypoints: Vec<Waypoint>,
     /// What flies towards each task, and after the last.
@@ -172,6 +174,13 @@ impl Agent {
         blocker.why != Why::Bodies
             && self.forgives_some(departs)
             && self.forgiven.contains(&blocker.drone)
+    }
+
+    /// A time from which on it could keep out of what others fly already: it is sent there, or is
+    /// long enough under way. Before it may be in their way however it goes on.
+    pub(crate) fn is_free_from(&self, departs: Tick) -> Option<Tick> {
+        let is_free = self.is_sent || departs >= self.departs.after(FORGIVEN_TICKS);
+        is_free.then_some(departs)
     }
 
     /// Whether a leg from `departs` on may be in any drone's way.

@@ -836,6 +836,7 @@ impl Turn<'_> {
         }
         let agent = Agent {
             grounded,
+            is_sent: true,
             departs: self.at,
             ..self.agent(index, start, kind, &drone.tasks)
         };
@@ -891,6 +892,7 @@ impl Turn<'_> {
             departs,
             begun,
             grounded,
+            is_sent: true,
             ..self.agent(index, start, kind, tasks)
         };
         let stay = agent.stays_from_departure(&self.running.job.roadmap);

@@ -160,6 +160,7 @@ impl Track {
             departs,
             begun,
             grounded,
+            is_sent: false,
             ..self.agent_after(done)
         })
     }

@@ -181,8 +181,10 @@ fn objections(
     let ahead = flown
         .iter()
         .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
-    let is_met =
-        |it: &Blocker, departs| path.met.contains(&it.drone) && !setting.is_under_way(it, departs);
+    let is_met = |it: &Blocker, departs| {
+        let free = agent.is_free_from(departs);
+        path.met.contains(&it.drone) && !setting.is_under_way(it, free)
+    };
     for leg in ahead {
         if free.contains(leg) {
             continue;
@@ -209,7 +211,8 @@ fn objections(
                 found.are_new |= refuted.add((from, to), leg, &against);
             }
         }
-        let is_firm = |it: &Blocker| setting.weight(it, leg.start) == IMMOVABLE;
+        let free = agent.is_free_from(leg.start);
+        let is_firm = |it: &Blocker| setting.weight(it, free) == IMMOVABLE;
         found.any_firm |= against.blockers.iter().any(is_firm);
         found.all.breaks_zone = found.all.breaks_zone.or(against.breaks_zone);
         found.all.blockers.append(&mut against.blockers);

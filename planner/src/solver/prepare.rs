@@ -407,6 +407,7 @@ pub(crate) fn agent_of(
         departs: Tick(0),
         begun: Vec::new(),
         forgiven: Vec::new(),
+        is_sent: false,
         grounded: false,
         waypoints,
         kinds,

@@ -139,19 +139,22 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Whether what is in the way of a leg that departs then cannot be taken back: it is over
-    /// before its drone can do something else, or what that flies until then is in the way itself.
-    pub(super) fn is_under_way(&self, blocker: &Blocker, departs: Tick) -> bool {
+    /// Whether what is in the way cannot be taken back: it is over before its drone can do
+    /// something else. Of a leg that `departs` at a time from which on it could keep away also
+    /// where what that drone flies until then is in the way itself.
+    pub(super) fn is_under_way(&self, blocker: &Blocker, departs: Option<Tick>) -> bool {
         let Some(&until) = self.under_way.get(blocker.drone.0 as usize) else {
             return false;
         };
         let [begins, ends] = blocker.flown;
         let longer = blocker.clear.0.saturating_sub(ends.0);
-        ends <= until || begins < until && departs < until.after(longer)
+        let is_flown =
+            |departs: Tick| ends <= until || begins < until && departs < until.after(longer);
+        blocker.clear <= until || departs.is_some_and(is_flown)
     }
 
-    /// Price of what is in the way of a leg that departs then.
-    pub(crate) fn weight(&self, blocker: &Blocker, departs: Tick) -> u32 {
+    /// Price of what is in the way of a leg; see [`Setting::is_under_way`].
+    pub(crate) fn weight(&self, blocker: &Blocker, departs: Option<Tick>) -> u32 {
         if self.is_under_way(blocker, departs) {
             return IMMOVABLE;
         }

@@ -757,7 +757,8 @@ impl<'a> Search<'a> {
             if self.agent.forgives(&blocker, label.departs) || self.passes(&label, &blocker) {
                 continue;
             }
-            let weight = self.setting.weight(&blocker, label.departs);
+            let free = self.agent.is_free_from(label.departs);
+            let weight = self.setting.weight(&blocker, free);
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Obstructor::Drone(drone, why));
                 return None;
@@ -770,7 +771,8 @@ impl<'a> Search<'a> {
 
     /// Whether what is in the way is to give way already.
     fn passes(&self, label: &Label, blocker: &Blocker) -> bool {
-        self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, label.departs)
+        let free = self.agent.is_free_from(label.departs);
+        self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, free)
     }
 
     /// Keeps what was in the way, if no state nearer to the end was stopped before.

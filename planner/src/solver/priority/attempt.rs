@@ -312,9 +312,8 @@ impl<'a> Attempt<'a> {
             for leg in &stay {
                 self.costmap.judge(leg, &mut verdict);
                 let setting = self.setting();
-                let takeable = |b: &&Blocker| {
-                    setting.weight(b, leg.start) != IMMOVABLE || self.kept.is_empty()
-                };
+                let takeable =
+                    |b: &&Blocker| setting.weight(b, None) != IMMOVABLE || self.kept.is_empty();
                 hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
                 allowed &= verdict.is_allowed();
             }
@@ -706,7 +705,7 @@ impl<'a> Attempt<'a> {
         for leg in begun {
             self.costmap.judge(leg, &mut verdict);
             let setting = self.setting();
-            let movable = |b: &&Blocker| setting.weight(b, leg.start) != IMMOVABLE;
+            let movable = |b: &&Blocker| setting.weight(b, None) != IMMOVABLE;
             hit.extend(verdict.blockers.iter().filter(movable).map(|b| b.drone));
         }
         hit.sort_unstable();
