@@ -29,6 +29,8 @@ pub(crate) struct Agent {
     pub(crate) forgiven: Vec<DroneId>,
     /// It comes, or is told to do something else, and could stay where it is.
     pub(crate) is_sent: bool,
+    /// It stops in the way of those it forgives if it does not fly out of it.
+    pub(crate) is_caught: bool,
     /// Its tasks in order.
     pub(crate) waypoints: Vec<Waypoint>,
     /// What flies towards each task, and after the last.
@@ -168,10 +170,10 @@ impl Ending {
 pub(crate) const FORGIVEN_TICKS: u32 = 200;
 
 impl Agent {
-    /// Whether a leg from `departs` on may be in a drone's way because it was before: never body to
-    /// body.
+    /// Whether a leg from `departs` on may be in a drone's way because it was before: body to body
+    /// only where they would stay so.
     pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
-        blocker.why != Why::Bodies
+        (blocker.why != Why::Bodies || self.is_caught)
             && self.forgives_some(departs)
             && self.forgiven.contains(&blocker.drone)
     }

@@ -1002,25 +1002,6 @@ impl Turn<'_> {
                 running.job.agents[index].forgiven = firm.into_iter().collect();
             }
         }
-        let mut released: Vec<Released> = (under_way.iter().zip(&running.world.drones))
-            .zip(&running.job.agents)
-            .map(|((tick, drone), agent)| {
-                let is_forgiven = !agent.forgiven.is_empty();
-                let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
-                // What is fixed never does anything else.
-                let index = agent.drone.0 as usize;
-                let tick = match running.tracks[index].is_fixed {
-                    true => Tick::FOREVER,
-                    false => tick.after(out),
-                };
-                let asked = self.asked.get(&index).map(|it| it.cause);
-                Released {
-                    drone: drone.name.clone(),
-                    at: tick,
-                    is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
-                }
-            })
-            .collect();
         let mut affected = Affected {
             group: &group,
             settled: &settled,
@@ -1054,9 +1035,19 @@ impl Turn<'_> {
                 return Err(turned_away);
             }
             let stuck = self.clashing(&paths, &affected.under_way, &stopped);
-            if stuck.is_empty() {
+            let caught = match stuck.is_empty() {
+                true => self.caught(&paths, &stopped),
+                false => Vec::new(),
+            };
+            if stuck.is_empty() && caught.is_empty() {
                 break paths;
             }
+            // However near they are, they get out of one another's way.
+            for (index, others) in caught {
+                let agent = &mut self.running.job.agents[index];
+                (agent.forgiven, agent.is_caught) = (others, true);
+            }
+            let running = &*self.running;
             for index in stuck {
                 // It stops where it can.
                 let agent = &running.job.agents[index];
@@ -1065,6 +1056,7 @@ impl Turn<'_> {
                 stopped.insert(index);
             }
         };
+        let mut released = self.released(&affected.under_way);
         let told = Replanned {
             effort,
             ..self.write(&stopped, paths)
@@ -1073,6 +1065,29 @@ impl Turn<'_> {
             it.is_sent &= told.refused.iter().all(|out| out.name != it.drone);
         }
         Ok((told, released))
+    }
+
+    /// When each drone could be made to do something else, of those under way until then.
+    fn released(&self, under_way: &[Tick]) -> Vec<Released> {
+        let running = &*self.running;
+        let drones = running.world.drones.iter().zip(&running.job.agents);
+        let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
+            let is_forgiven = !agent.forgiven.is_empty();
+            let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
+            // What is fixed never does anything else.
+            let index = agent.drone.0 as usize;
+            let at = match running.tracks[index].is_fixed {
+                true => Tick::FOREVER,
+                false => tick.after(out),
+            };
+            let asked = self.asked.get(&index).map(|it| it.cause);
+            Released {
+                drone: drone.name.clone(),
+                at,
+                is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
+            }
+        };
+        under_way.iter().zip(drones).map(released).collect()
     }
 
     /// What each drone has to do from where it can do something else, and what it keeps if it finds
@@ -1126,6 +1141,22 @@ impl Turn<'_> {
         let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
         let left_out = left_out.filter(can_stop);
         left_out.filter(|index| clashes(index)).collect()
+    }
+
+    /// The drones that stop for good in others' way, and those others: the first time, where they
+    /// could fly out of it.
+    fn caught(&self, paths: &Paths, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<DroneId>)> {
+        let mut verdict = Verdict::default();
+        let mut others = |index: usize| {
+            let last = *paths.costmap.legs(id(index)).last()?;
+            paths.costmap.judge(&last, &mut verdict);
+            let met: BTreeSet<DroneId> = verdict.blockers.iter().map(|it| it.drone).collect();
+            (!met.is_empty()).then(|| (index, met.into_iter().collect()))
+        };
+        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
+        let agents = &self.running.job.agents;
+        let left_out = left_out.filter(|it| stopped.contains(it) && !agents[*it].is_caught);
+        left_out.filter_map(&mut others).collect()
     }
 
     /// Writes what was found into tracks and plan, and tells the drones that have changed, and

@@ -161,6 +161,7 @@ impl Track {
             begun,
             grounded,
             is_sent: false,
+            is_caught: false,
             ..self.agent_after(done)
         })
     }

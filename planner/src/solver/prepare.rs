@@ -408,6 +408,7 @@ pub(crate) fn agent_of(
         begun: Vec::new(),
         forgiven: Vec::new(),
         is_sent: false,
+        is_caught: false,
         grounded: false,
         waypoints,
         kinds,
