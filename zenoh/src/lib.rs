@@ -10,7 +10,7 @@
 //! Messages that a link does not take are dropped: what was lost is said again with the next
 //! border, a second later at most.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -56,7 +56,10 @@ type Borders = Arc<Mutex<BTreeMap<String, String>>>;
 pub struct Zenoh {
     session: Session,
     link: Link,
-    received: Receiver<Message>,
+    /// Messages, and whether each is an answer to what was asked at the beginning.
+    received: Receiver<(Message, bool)>,
+    /// Areas that have said something since: their answers may be older.
+    heard: BTreeSet<String>,
     borders: Borders,
     /// Lives as long as the link.
     _queryable: Queryable<()>,
@@ -83,7 +86,7 @@ impl Zenoh {
         let hears = sender.clone();
         session
             .declare_subscriber(key)
-            .callback(move |sample| hear(&hears, &sample.payload().to_bytes()))
+            .callback(move |sample| hear(&hears, &sample.payload().to_bytes(), false))
             .background()
             .wait()?;
         let borders = Borders::default();
@@ -93,7 +96,7 @@ impl Zenoh {
             .get(key)
             .callback(move |reply| {
                 if let Ok(sample) = reply.result() {
-                    hear(&sender, &sample.payload().to_bytes());
+                    hear(&sender, &sample.payload().to_bytes(), true);
                 }
             })
             .wait()?;
@@ -101,6 +104,7 @@ impl Zenoh {
             session,
             link,
             received,
+            heard: BTreeSet::new(),
             borders,
             _queryable: queryable,
             sent: 0,
@@ -132,7 +136,16 @@ impl Neighbours for Zenoh {
     }
 
     fn received(&mut self) -> Vec<Message> {
-        self.received.try_iter().collect()
+        let mut all = Vec::new();
+        for (message, is_answer) in self.received.try_iter() {
+            if !is_answer {
+                self.heard.insert(message.from.clone());
+            } else if self.heard.contains(&message.from) {
+                continue;
+            }
+            all.push(message);
+        }
+        all
     }
 }
 
@@ -177,11 +190,11 @@ fn answer(session: &Session, link: &Link, borders: &Borders) -> Result<Queryable
 }
 
 /// What is no message is dropped: the sender is not heard by it.
-fn hear(to: &Sender<Message>, bytes: &[u8]) {
+fn hear(to: &Sender<(Message, bool)>, bytes: &[u8], is_answer: bool) {
     if bytes.len() <= MOST_BYTES
         && let Ok(message) = serde_json::from_slice(bytes)
     {
         // With its planner gone there is no listener.
-        let _ = to.send(message);
+        let _ = to.send((message, is_answer));
     }
 }
