@@ -49,8 +49,8 @@ pub enum Change {
     Retasked {
         /// Its name.
         drone: String,
-        /// From now on. What it does after the last stays as the scenario says; one that was told to
-        /// land lands.
+        /// From now on. What it does after the last stays as the scenario says; one that was told
+        /// to land lands.
         tasks: Vec<Task>,
     },
     /// A drone drops what it still had to do, and lands.
