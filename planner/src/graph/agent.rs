@@ -178,9 +178,9 @@ impl Agent {
             && self.forgiven.contains(&blocker.drone)
     }
 
-    /// A time from which on it could keep out of what others fly already: it is sent there, or is
-    /// long enough under way. Before it may be in their way however it goes on.
-    pub(crate) fn is_free_from(&self, departs: Tick) -> Option<Tick> {
+    /// A departure from which on it could keep out of what others fly already: it is sent there,
+    /// or is long enough under way. `None`: it may be in their way however it goes on.
+    pub(crate) fn free_departure(&self, departs: Tick) -> Option<Tick> {
         let is_free = self.is_sent || departs >= self.departs.after(FORGIVEN_TICKS);
         is_free.then_some(departs)
     }

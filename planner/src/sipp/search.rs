@@ -182,7 +182,7 @@ fn objections(
         .iter()
         .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
     let is_met = |it: &Blocker, departs| {
-        let free = agent.is_free_from(departs);
+        let free = agent.free_departure(departs);
         path.met.contains(&it.drone) && !setting.is_under_way(it, free)
     };
     for leg in ahead {
@@ -211,7 +211,7 @@ fn objections(
                 found.are_new |= refuted.add((from, to), leg, &against);
             }
         }
-        let free = agent.is_free_from(leg.start);
+        let free = agent.free_departure(leg.start);
         let is_firm = |it: &Blocker| setting.weight(it, free) == IMMOVABLE;
         found.any_firm |= against.blockers.iter().any(is_firm);
         found.all.breaks_zone = found.all.breaks_zone.or(against.breaks_zone);

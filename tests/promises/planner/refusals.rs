@@ -395,7 +395,7 @@ fn two_windows_at_one_place_that_meet_are_one_stay() {
     }
 }
 
-/// The second is dwelt whole with its load, whoever else comes there in between.
+/// The second is dwelt whole with its load, whichever other drone comes there in between.
 #[test]
 fn two_dwells_at_one_place_are_each_kept() {
     for (tasks, other) in [

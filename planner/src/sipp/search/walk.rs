@@ -757,7 +757,7 @@ impl<'a> Search<'a> {
             if self.agent.forgives(&blocker, label.departs) || self.passes(&label, &blocker) {
                 continue;
             }
-            let free = self.agent.is_free_from(label.departs);
+            let free = self.agent.free_departure(label.departs);
             let weight = self.setting.weight(&blocker, free);
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Obstructor::Drone(drone, why));
@@ -771,7 +771,7 @@ impl<'a> Search<'a> {
 
     /// Whether what is in the way is to give way already.
     fn passes(&self, label: &Label, blocker: &Blocker) -> bool {
-        let free = self.agent.is_free_from(label.departs);
+        let free = self.agent.free_departure(label.departs);
         self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, free)
     }
 
