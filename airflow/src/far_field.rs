@@ -26,6 +26,8 @@ pub struct FarField {
     origin_above_m: f64,
     /// `k = U_H B l / q` (m²/s): centreline speed times depth below the virtual origin.
     pub(crate) decay_m2_per_s: f64,
+    /// `U_H B l` (m²/s): what carries the air down.
+    carried_m2_per_s: f64,
     /// `q S`: half-width over depth below the virtual origin.
     spreading: f64,
     /// `G = a/(q S)²`.
@@ -43,10 +45,12 @@ impl FarField {
         jet: &Jet,
     ) -> FarField {
         let spreading = width_factor * jet.spreading;
+        let carried_m2_per_s = induced_velocity_mps * jet.centreline * motor_distance_m;
         FarField {
             from_m: FAR_FIELD_FROM_S_OVER_L * motor_distance_m,
             origin_above_m: -jet.origin * motor_distance_m,
-            decay_m2_per_s: induced_velocity_mps * jet.centreline * motor_distance_m / width_factor,
+            decay_m2_per_s: carried_m2_per_s / width_factor,
+            carried_m2_per_s,
             spreading,
             steepness: PROFILE_A / (spreading * spreading),
         }
@@ -171,27 +175,29 @@ impl FarField {
     }
 
     /// Time (s) that air takes from the rotor plane to a depth, moving at `convection` times the
-    /// speed on the axis. The formula is carried up to the rotor plane, where it is an estimate.
+    /// speed on the axis of a jet of ordinary width: how fast a wider or narrower one of the same
+    /// momentum is carried is not known. The formula is carried up to the rotor plane, where it is
+    /// an estimate.
     ///
     /// ```text
-    /// τ = ∫₀^s ds'/(k U_C) = (σ² - s₀² l²) / (2 k U_H B l/q)
+    /// τ = ∫₀^s ds'/(k q U_C) = (σ² - s₀² l²) / (2 k U_H B l)
     /// ```
     #[must_use]
     pub fn transport_time_s(&self, depth_m: f64, convection: f64) -> f64 {
         let sigma_m = depth_m.max(0.0) + self.origin_above_m;
         (sigma_m * sigma_m - self.origin_above_m * self.origin_above_m)
-            / (2.0 * convection * self.decay_m2_per_s)
+            / (2.0 * convection * self.carried_m2_per_s)
     }
 
     /// Depth (m) that air reaches in a time (s): the inverse of [`FarField::transport_time_s`].
     ///
     /// ```text
-    /// s = l (√(s₀² + 2 k U_H B τ/(q l)) + s₀)
+    /// s = l (√(s₀² + 2 k U_H B τ/l) + s₀)
     /// ```
     #[must_use]
     pub fn transported_m(&self, time_s: f64, convection: f64) -> f64 {
         let origin_m = self.origin_above_m;
-        let square_m2 = 2.0 * convection * self.decay_m2_per_s * time_s.max(0.0);
+        let square_m2 = 2.0 * convection * self.carried_m2_per_s * time_s.max(0.0);
         // Without the difference of two nearly equal roots.
         square_m2 / ((origin_m * origin_m + square_m2).sqrt() + origin_m)
     }

@@ -799,7 +799,9 @@ fn read_all(
             let show = read::skyc::read(&file.bytes);
             let show = show.map_err(ReadError::first)?;
             let performers = show.performers.into_iter();
-            performers.map(|it| (it.name, it.flown)).collect()
+            let begins_s = options.kept.begins_s();
+            let by_plan = performers.map(|it| (it.name, it.flown.earlier_by(begins_s)));
+            by_plan.collect()
         }
     };
     Ok(courses.iter().map(|it| by_name.remove(&it.name)).collect())

@@ -97,6 +97,16 @@ pub fn powers(bernstein: &[f64], duration_s: f64) -> Vec<f64> {
 }
 
 impl Flown {
+    /// The same, each moment by so much earlier (s).
+    #[must_use]
+    pub fn earlier_by(mut self, by_s: f64) -> Flown {
+        for span in &mut self.spans {
+            span.from_s -= by_s;
+            span.until_s -= by_s;
+        }
+        self
+    }
+
     /// Straight from place to place (s, m).
     #[must_use]
     pub fn through(points: &[(f64, Point3<f64>)]) -> Flown {

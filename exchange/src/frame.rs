@@ -168,8 +168,10 @@ impl Georeference {
         let enu_m = self.enu().from_world(at_m.coords);
         let (along_m, across_m) = self.radii_m();
         let parallel_m = across_m * self.latitude_deg.to_radians().cos();
+        let longitude_deg = self.longitude_deg + (enu_m.x / parallel_m).to_degrees();
         [
-            self.longitude_deg + (enu_m.x / parallel_m).to_degrees(),
+            // Across the date line.
+            (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,
             self.latitude_deg + (enu_m.y / along_m).to_degrees(),
             self.altitude_m + enu_m.z,
         ]
@@ -228,6 +230,25 @@ mod tests {
             let at = here.on_earth(Point3::new(length_m, 0.0, 5.0));
             assert!((at[1] - latitude_deg - 1.0).abs() < 2e-5, "{at:?}");
             assert_eq!((at[0], at[2]), (7.0, 5.0));
+        }
+    }
+
+    #[test]
+    fn across_the_date_line_longitudes_go_on_from_the_other_end() {
+        for (longitude_deg, x_m) in [(-180.0, -10.0), (179.9999, 100.0)] {
+            let here = Georeference {
+                latitude_deg: 0.0,
+                longitude_deg,
+                altitude_m: 0.0,
+                heading_deg: 90.0,
+            };
+            let [found_deg, ..] = here.on_earth(Point3::new(x_m, 0.0, 0.0));
+            let east_deg = (found_deg - longitude_deg).rem_euclid(360.0);
+            let apart_deg = east_deg.min(360.0 - east_deg);
+            assert!(
+                (-180.0..180.0).contains(&found_deg) && apart_deg < 1e-3,
+                "{found_deg}"
+            );
         }
     }
 }

@@ -334,6 +334,10 @@ fn read_file(
             bytes: (&file.bytes[..]).into(),
             index,
             drones: performers.iter().map(|it| it.name.clone()).collect(),
+            begins_s: (performers.iter())
+                .filter_map(|it| Some(it.flown.spans.first()?.from_s))
+                .reduce(f64::min)
+                .unwrap_or(0.0),
         };
         return Ok((performers, Some(original)));
     }

@@ -19,6 +19,12 @@ pub struct Kept {
 }
 
 impl Kept {
+    /// Time 0 of the plan by the show's clock (s).
+    #[must_use]
+    pub fn begins_s(&self) -> f64 {
+        self.original.as_ref().map_or(0.0, |it| it.begins_s)
+    }
+
     /// What it is, in words; empty: nothing was kept.
     #[must_use]
     pub fn told(&self) -> Vec<String> {
@@ -37,6 +43,8 @@ pub struct Original {
     pub index: Value,
     /// Names of its drones, in its order.
     pub drones: Vec<String>,
+    /// When the first of them begins, by its clock (s): time 0 of the plan.
+    pub begins_s: f64,
 }
 
 /// Of a drone's settings what is written anew, and light programs.

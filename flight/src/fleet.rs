@@ -227,7 +227,7 @@ impl Fleet {
         let most_kg = thrust_to_weight * airframe.mass_kg();
         if heaviest_kg > most_kg {
             return Err(format!(
-                "it weighs {heaviest_kg} kg with all it carries, and its rotors lift {most_kg:.3} kg: \
+                "it weighs {heaviest_kg:.3} kg with all it carries, and its rotors lift {most_kg:.3} kg: \
                  {thrust_to_weight} times its own mass"
             ));
         }

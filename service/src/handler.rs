@@ -213,7 +213,7 @@ impl Service {
         let Value::Object(mut fields) = value else {
             return refused(Code::Field, "", "a request is an object");
         };
-        if let Some(given) = fields.remove("id") {
+        if let Some(given) = fields.remove("id").filter(|it| !it.is_null()) {
             *id = Some(read(given, "Id", "id")?.asked);
         }
         let method: String = match fields.remove("method") {

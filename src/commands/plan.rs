@@ -76,6 +76,7 @@ struct Timing {
     planning_time_s: f64,
     verification_time_s: f64,
     ignoring_downwash_time_s: f64,
+    lateness_time_s: f64,
     /// `null` where the system does not tell.
     peak_memory_bytes: Option<u64>,
     threads: usize,
@@ -140,9 +141,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Outcome::Safe(mut planned)
         | Outcome::Partial(mut planned)
         | Outcome::Unsafe(mut planned) => {
+            watch.tell_lateness();
+            tell_lateness(&mut planned.plan, &watch);
             let durations = watch.finish();
             tell_notes(&planned.notes);
-            tell_lateness(&mut planned.plan);
             let planned = (&*planned, vehicles.as_ref());
             return deliver(arguments, &out, &world, planned, &durations);
         }
@@ -195,11 +197,11 @@ fn tell_notes(notes: &[String]) {
 
 /// Writes into the plan of a small fleet that is in order how late each drone may be: of a larger
 /// one that takes too long beside planning.
-fn tell_lateness(plan: &mut Plan) {
+fn tell_lateness(plan: &mut Plan, watch: &Watch) {
     if plan.drones.len() > LIST_ALL_UP_TO || !plan.violations.is_empty() {
         return;
     }
-    let late = lateness::of_all(plan);
+    let late = lateness::of_all(plan, &|| watch.is_over());
     for (drone, late) in plan.drones.iter_mut().zip(late) {
         drone.may_be_late_s = late.map(|it| it.late_s);
     }
@@ -323,6 +325,7 @@ impl Timing {
             planning_time_s: durations.planning.as_secs_f64(),
             verification_time_s: durations.verification.as_secs_f64(),
             ignoring_downwash_time_s: durations.ignoring_downwash.as_secs_f64(),
+            lateness_time_s: durations.lateness.as_secs_f64(),
             peak_memory_bytes: peak_memory_bytes(),
             threads: rayon::current_num_threads(),
             searches: effort.searches,

@@ -32,6 +32,8 @@ pub(crate) struct Durations {
     pub(crate) planning: Duration,
     pub(crate) verification: Duration,
     pub(crate) ignoring_downwash: Duration,
+    /// How late each drone may be.
+    pub(crate) lateness: Duration,
 }
 
 /// Where the time of a part of a run is added up.
@@ -40,6 +42,7 @@ type Part = fn(&mut Durations) -> &mut Duration;
 const PLANNING: Part = |spent| &mut spent.planning;
 const VERIFICATION: Part = |spent| &mut spent.verification;
 const IGNORING_DOWNWASH: Part = |spent| &mut spent.ignoring_downwash;
+const LATENESS: Part = |spent| &mut spent.lateness;
 
 impl Watch {
     /// Starts the clock. The first interrupt asks the planner to stop, the second ends the process.
@@ -73,6 +76,16 @@ impl Watch {
         self.limit.is_some()
             && !INTERRUPTED.load(Ordering::Relaxed)
             && !self.is_past(IMPROVING_SHARE)
+    }
+
+    /// Whether the command should come to an end.
+    pub(crate) fn is_over(&self) -> bool {
+        INTERRUPTED.load(Ordering::Relaxed) || self.is_past(1.0)
+    }
+
+    /// From now on it is looked how late drones may be.
+    pub(crate) fn tell_lateness(&self) {
+        self.enter(LATENESS);
     }
 
     /// Whether there is a limit, and this share of it is over.

@@ -367,6 +367,43 @@ fn what_a_show_says_beside_its_trajectories_is_kept_or_told_to_be_lost() {
 }
 
 #[test]
+fn a_show_that_begins_before_its_clock_keeps_its_times() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let drone = |name: &str, k: usize| {
+        let trajectory = json!({"$ref": format!("./t/{k}.json#")});
+        json!({"type": "generic", "settings": {"name": name, "home": [k, 0, 0], "trajectory": trajectory}})
+    };
+    let flies = |x_m: f64, takeoff_s: f64| {
+        let points = json!([[0, [x_m, 0, 2], []], [4, [x_m, 3, 2], []]]);
+        json!({"version": 1, "takeoffTime": takeoff_s, "points": points})
+    };
+    let cues = json!({"version": 1, "items": [{"time": 1.5, "name": "go"}]});
+    let show = zip(&[
+        (
+            "show.json",
+            json!({
+                "version": 1, "environment": {"type": "indoor"}, "settings": {"cues": cues},
+                "swarm": {"drones": [drone("a", 1), drone("b", 4)]},
+            }),
+        ),
+        ("t/1.json", flies(1.0, -2.0)),
+        ("t/4.json", flies(4.0, 1.0)),
+    ]);
+    fs::write(folder.join("show.skyc"), show).unwrap();
+    let line = "export show.skyc --airframe crazyflie-2.1 --to skybrush --out o";
+    let (code, told, errors) = run(folder, line);
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let written = fs::read(folder.join("o/show.skyc")).unwrap();
+    for (k, ends_s) in [(1, 2.0), (2, 5.0)] {
+        let flown = json_in(&written, &format!("drones/drone_{k:04}/trajectory.json"));
+        let last = flown["points"].as_array().unwrap().last().unwrap();
+        let ends = flown["takeoffTime"].as_f64().unwrap() + last[0].as_f64().unwrap();
+        assert_eq!(ends, ends_s, "{flown}");
+    }
+}
+
+#[test]
 fn all_that_is_wrong_with_a_show_is_told_at_once_each_at_its_place() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();

@@ -22,6 +22,15 @@ fn air_below_offboard_1_takes_half_a_second_over_three_metres() {
 }
 
 #[test]
+fn a_jet_is_carried_down_as_fast_whatever_its_width() {
+    let [narrow, wide] = [0.9, 1.15].map(|q| FarField::new(9.66, 0.266, q, &Jet::default()));
+    assert_eq!(
+        narrow.transport_time_s(3.0, 0.6),
+        wide.transport_time_s(3.0, 0.6)
+    );
+}
+
+#[test]
 fn air_has_come_down_by_the_depth_that_takes_it_so_long() {
     let jet = jet();
     for depth_m in [0.0, 1e-6, 0.4, 3.0, 40.0] {

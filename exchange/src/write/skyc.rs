@@ -56,8 +56,9 @@ pub fn file(show: &Show<'_>, courses: &[Course]) -> ZipResult<Vec<u8>> {
         Ok(())
     };
     put("show.json".to_owned(), &index)?;
+    let begins_s = show.kept.begins_s();
     for (k, course) in courses.iter().enumerate() {
-        put(name(k, "trajectory"), &trajectory(course))?;
+        put(name(k, "trajectory"), &trajectory(course, begins_s))?;
         if let Some(lights) = show.kept.lights.get(&course.name) {
             put(name(k, "lights"), lights.json())?;
         }
@@ -213,8 +214,8 @@ impl Show<'_> {
     }
 }
 
-/// Points with whole milliseconds, which rise.
-fn trajectory(course: &Course) -> Value {
+/// Points with whole milliseconds, which rise, from a moment of the show's clock on (s).
+fn trajectory(course: &Course, begins_s: f64) -> Value {
     let ms = |t_s: f64| (t_s * 1000.0).round();
     let mut points = vec![json!([0.0, place(course.start_m()), []])];
     let mut now_ms = 0.0;
@@ -229,5 +230,5 @@ fn trajectory(course: &Course) -> Value {
             points.push(json!([now_ms / 1000.0, place(end), inner]));
         }
     }
-    json!({"version": 1, "takeoffTime": 0.0, "points": points})
+    json!({"version": 1, "takeoffTime": begins_s, "points": points})
 }

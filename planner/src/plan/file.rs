@@ -545,6 +545,18 @@ pub fn arrivals_s(drone: &DronePlan) -> Vec<f64> {
     standing_s(drone, times_s.len().min(drone.trajectory.position_m.len()))
 }
 
+/// Times are told in full precision; sums of many may lose this (s), chosen here: a hundredth of a
+/// millisecond, far below any margin.
+pub(crate) const TIME_S: f64 = 1e-5;
+
+/// When a drone's final dwell ends (s): as stated where that may be, else as is likeliest.
+pub(crate) fn arrival_s(drone: &DronePlan, stated_s: Option<f64>) -> f64 {
+    let may_be_s = arrivals_s(drone);
+    let is_stated = |it: &&f64| stated_s.is_some_and(|stated_s| (stated_s - **it).abs() <= TIME_S);
+    let stated = may_be_s.iter().find(is_stated).or(may_be_s.first());
+    stated.copied().unwrap_or(0.0)
+}
+
 /// How many break points there are up to the top of the last descent, and up to its end.
 fn last_descent(drone: &DronePlan) -> [usize; 2] {
     let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);

@@ -112,8 +112,8 @@ pub enum ChangeError {
     /// More than one change.
     #[error("`{0}` changes twice; say all of it in one change")]
     Twice(String),
-    /// It has left or was taken out, or leaves before it could do anything else.
-    #[error("`{0}` is not there any more")]
+    /// It has left or was taken out, leaves before it could do anything else, or has not come yet.
+    #[error("`{0}` is not there any more, or not yet")]
     Gone(String),
     /// Not a delay that can be.
     #[error(

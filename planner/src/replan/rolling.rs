@@ -53,7 +53,7 @@ use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::passage::Passages;
 use crate::graph::roadmap::{Stop, Vertex};
-use crate::plan::file::arrivals_s;
+use crate::plan::file::{arrival_s, arrivals_s};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AtEnd, DronePlan, Plan, TrajectoryEntry, Unplanned, Violation};
@@ -732,9 +732,17 @@ impl Turn<'_> {
     /// Leaves the body of a drone where it lies.
     fn leave_wreck(&mut self, index: usize, lies_m: Point3<f64>) {
         let failed = &self.running.world.drones[index];
-        // Not before the drone itself is gone.
-        let gone = self.running.tracks[index].legs.last().map(|leg| leg.end);
-        let at = gone.map_or(self.at, |gone| gone.max(self.at));
+        // Not before the drone itself is gone, nor, where it lies at the drone's own place, while
+        // that may still be there by another clock.
+        let last = self.running.tracks[index].legs.last();
+        let at = last.map_or(self.at, |last| last.end.max(self.at));
+        let reach_m = 2.0 * (failed.vehicle.body_radius_m + self.running.plan.margins.tracking_m);
+        let touches = last.is_some_and(|last| (last.to_m - lies_m).norm() < reach_m);
+        let apart = Tick::lasting(2.0 * self.running.plan.margins.time_s);
+        let at = match touches && apart > 0 {
+            true => at.after(apart + 1),
+            false => at,
+        };
         let at_s = at.seconds();
         let trajectory = TrajectoryEntry {
             t_s: vec![at_s],
@@ -884,6 +892,12 @@ impl Turn<'_> {
         let kind = last.map_or(track.agent.kinds[0], |leg| leg.kind);
         let drone = self.running.world.drones[index].clone();
         let before = (track.clone(), drone.clone());
+        // It comes to rest before it sinks.
+        let rest = match tasks.is_empty() && at_end == AtEnd::Land && !grounded {
+            true => change::landing(Some(at_m)),
+            false => Vec::new(),
+        };
+        let tasks = if rest.is_empty() { tasks } else { &rest };
         let known = track.vertex_at(roadmap, &at_m);
         let start = known.unwrap_or_else(|| self.start(&drone, at_m, grounded));
         self.running.world.drones[index].tasks = tasks.to_vec();
@@ -975,12 +989,12 @@ impl Turn<'_> {
         running.tabulate();
         let (mut group, mut settled) = (Vec::new(), Vec::new());
         for (&index, asked) in &self.asked {
-            if matches!(asked.cause, Cause::Removed | Cause::Failed) {
-                continue;
-            }
-            if asked.settled {
+            let is_gone = running.tracks[index].is_gone;
+            if is_gone || asked.settled {
                 kept[index] = running.tracks[index].rest(self.at);
-                settled.push(id(index));
+                if !is_gone || !kept[index].is_empty() {
+                    settled.push(id(index));
+                }
                 continue;
             }
             group.push(id(index));
@@ -1074,9 +1088,10 @@ impl Turn<'_> {
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
             let is_forgiven = !agent.forgiven.is_empty();
             let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
-            // What is fixed never does anything else.
+            // What is fixed, or gone soon, never does anything else.
             let index = agent.drone.0 as usize;
-            let at = match running.tracks[index].is_fixed {
+            let track = &running.tracks[index];
+            let at = match track.is_fixed || track.is_gone {
                 true => Tick::FOREVER,
                 false => tick.after(out),
             };
@@ -1206,6 +1221,8 @@ impl Turn<'_> {
                         Some(landed_s) if stays_down && has_flown => entry.arrives_s = landed_s,
                         _ => write_arrival(entry, &track.legs, agent, path.arrives),
                     }
+                    // Who drops what it had to do comes to rest first.
+                    entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
                     plan.unplanned.retain(|one| one.name != name);
                 }
                 (None, Some(Cause::Removed | Cause::Failed)) => {
@@ -1219,7 +1236,7 @@ impl Turn<'_> {
                         write_legs(entry, &track.agent, &track.legs, mass_kg);
                     }
                     entry.at_end = AtEnd::Leave;
-                    entry.arrives_s = entry.arrives_s.min(known.seconds());
+                    entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
                     plan.unplanned.retain(|one| one.name != name);
                 }
                 (None, None) if !stops => continue,

@@ -328,7 +328,15 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
         let number = k + 1;
         let before_kg = mass_kg;
         mass_kg = task.load_kg.map_or(mass_kg, |load_kg| bare_kg + load_kg);
-        let Some((from_s, until_s)) = reached(&trajectory, task, since_s, Some(mass_kg)) else {
+        // Of what is taken up and changed again at once, or taken up and away, nothing is seen.
+        let is_kept = match drone.tasks.get(k + 1) {
+            _ if task.dwell_s > 0.0 => true,
+            Some(next) => next.to_m != task.to_m || next.load_kg.is_none(),
+            None => drone.at_end != AtEnd::Leave,
+        };
+        let asked_kg = (entry.trajectory.mass_kg.last().filter(|_| is_kept))
+            .map(|last_kg| [mass_kg, *last_kg]);
+        let Some((from_s, until_s)) = reached(&trajectory, task, since_s, asked_kg) else {
             missing.push(format!(
                 "task {number} at ({:.2}, {:.2}, {:.2}) is not reached after {since_s:.2} s, stayed at for {} s{} \
                  and left at {mass_kg:.3} kg",
@@ -364,12 +372,13 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
 }
 
 /// The first moment from a time on at which a task's place is reached, the dwell kept and the load
-/// taken up, where a mass is asked for, and the end of that dwell (s).
+/// taken up, where a mass is asked for, beside that at the end of the path, and the end of that
+/// dwell (s).
 fn reached(
     trajectory: &Trajectory,
     task: &Task,
     since_s: f64,
-    mass_kg: Option<f64>,
+    mass_kg: Option<[f64; 2]>,
 ) -> Option<(f64, f64)> {
     let pieces = trajectory.pieces();
     let from = pieces.partition_point(|it| it.motion.until_s < since_s);
@@ -386,15 +395,24 @@ fn reached(
             }
             until_s = end_s;
         }
-        let carries = |piece: &&Piece| piece.motion.until_s > there_s + SHORT_S;
-        let carried = pieces[k..].iter().find(carries);
-        let carried = carried.zip(mass_kg);
-        let is_loaded = carried.is_none_or(|(it, mass_kg)| same(it.mass_kg, mass_kg));
+        // It may have stood there before it takes up the load, at last where its path ends.
+        let carries = |it: &&Piece| it.motion.until_s > there_s + SHORT_S;
+        let later = pieces[k..].iter().filter(carries);
+        let later = later.map(|it| (it.motion.from_s.max(there_s), it.mass_kg));
+        let last = mass_kg.map(|[_, last_kg]| (trajectory.last_s().max(there_s), last_kg));
+        let mut later = (later.chain(last)).take_while(|it| it.0 <= until_s + SHORT_S);
+        let loaded_s = match mass_kg {
+            Some([asked_kg, _]) => later.find(|it| same(it.1, asked_kg)).map(|it| it.0),
+            None => Some(there_s),
+        };
+        let Some(loaded_s) = loaded_s else {
+            continue;
+        };
         let (due_s, held_s) = task
             .during_s
             .map_or((f64::INFINITY, 0.0), |[due_s, held_s]| (due_s, held_s));
-        let leaves_s = (there_s + task.dwell_s).max(held_s);
-        if until_s >= leaves_s - SHORT_S && there_s <= due_s + SHORT_S && is_loaded {
+        let leaves_s = (loaded_s + task.dwell_s).max(held_s);
+        if until_s >= leaves_s - SHORT_S && there_s <= due_s + SHORT_S {
             return Some((there_s, leaves_s));
         }
     }
@@ -439,4 +457,38 @@ fn other_mass(trajectory: &Trajectory, (from_s, until_s): (f64, f64), mass_kg: f
         |it: &&Piece| it.motion.from_s.max(from_s) + SHORT_S < it.motion.until_s.min(until_s);
     let mut wrong = pieces.filter(within).map(|it| it.mass_kg);
     wrong.find(|it| !same(*it, mass_kg))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Control, read_world};
+
+    #[test]
+    fn loads_that_are_changed_where_a_drone_stands_already_are_seen() {
+        let twice = [
+            "(to_m: (5, 5, 2)), (to_m: (5, 5, 2), load_kg: 0.1)",
+            "(to_m: (5, 5, 2), load_kg: 0.1, dwell_s: 3), (to_m: (5, 5, 2), load_kg: 0)",
+            "(to_m: (5, 5, 2), load_kg: 0.1), (to_m: (5, 5, 2), load_kg: 0.05, dwell_s: 2)",
+        ];
+        for (tasks, planning) in twice
+            .iter()
+            .flat_map(|it| [(it, ""), (it, "motion: Straight")])
+        {
+            let text = format!(
+                r#"Scenario(name: "load", bounds_m: (min: (0, 0, 0), max: (8, 8, 4)), drones: [
+                (name: "x", airframe: "kolibri", start_m: (1, 1, 1), tasks: [{tasks}], at_end: Leave)],
+                planning: ({planning}))"#
+            );
+            let world = read_world(&text).expect("in order");
+            let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+            let mut plan = outcome.into_planned().expect("a plan").plan;
+            assert_eq!(missing(&world, &plan), Vec::<String>::new(), "{text}");
+            let masses_kg = &mut plan.drones[0].trajectory.mass_kg;
+            let light_kg = masses_kg[0];
+            masses_kg.fill(light_kg);
+            let is_seen = !tasks.ends_with("load_kg: 0.1)") && !tasks.ends_with("load_kg: 0)");
+            assert!(!is_seen || !missing(&world, &plan).is_empty(), "{text}");
+        }
+    }
 }

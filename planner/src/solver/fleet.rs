@@ -25,7 +25,7 @@ use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
-use crate::solver::relaxed::{Why, most_states, weaker};
+use crate::solver::relaxed::{Why, most_states, notes, weaker};
 use crate::verify::{harm, judged, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -125,7 +125,7 @@ pub(crate) fn by_open_rules<'a>(
     let mut best: Option<Solved<'a>> = None;
     let mut excluded = None;
     let mut covered = None;
-    let mut notes = Vec::new();
+    let mut given_up = Vec::new();
     let mut effort = Effort::default();
     let mut is_tried_finer = false;
     let passages = Passages::of(world);
@@ -144,13 +144,12 @@ pub(crate) fn by_open_rules<'a>(
             None => by_rules(world, rules, (control, &passages), &solve),
         };
         let why = match tried {
-            Ok(Ok(mut solved)) => {
+            Ok(Ok(solved)) => {
                 let unplanned = solved.unplanned();
                 let fewest = best.as_ref().map(Solved::unplanned);
                 effort.add(&solved.run.effort);
                 is_tried_finer |= rules == Rules::First;
                 if fewest.is_none_or(|fewest| unplanned < fewest) {
-                    solved.notes = notes.clone();
                     best = Some(solved);
                 }
                 if unplanned == 0 || (control.stop)() {
@@ -171,10 +170,11 @@ pub(crate) fn by_open_rules<'a>(
         if let Why::Covered(share, _) = why {
             covered = Some(share);
         }
-        notes.extend(next.map(|next| why.note(world, next)));
+        given_up.push((world, why));
     }
     match (best, excluded) {
         (Some(mut best), _) => {
+            best.notes = notes(&given_up, best.run.world);
             best.run.effort = Effort {
                 improved_ticks: best.run.effort.improved_ticks,
                 ..effort

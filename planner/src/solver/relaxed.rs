@@ -25,21 +25,17 @@ const MOST_COVERED_SMOOTH: f64 = 0.25;
 const STATES_A_DRONE: u64 = 3_000;
 
 /// The worlds by whose rules a fleet is planned where those before find no paths, the last by all
-/// that hold.
+/// that hold. Small fleets are tried in straight motion through advected wakes, too.
 pub(crate) fn weaker(world: &World) -> Vec<World> {
-    let mut all: Vec<World> = Vec::new();
-    loop {
-        let last = all.last().unwrap_or(world);
-        // Of air alone nothing changes for a drone that is slow to stop.
-        let next = slow_to_stop(last)
-            .and_then(|_| last.in_straight_motion())
-            .or_else(|| last.with_quasi_static_wakes())
-            .or_else(|| last.in_straight_motion());
-        match next {
-            Some(next) => all.push(next),
-            None => return all,
-        }
-    }
+    let straight = world.in_straight_motion();
+    let neither = (straight.as_ref()).and_then(World::with_quasi_static_wakes);
+    // Of air alone nothing changes for a drone that is slow to stop.
+    let helps = straight.is_none() || slow_to_stop(world).is_none();
+    let quasi_static = world.with_quasi_static_wakes().filter(|_| helps);
+    let is_small = world.drones.len() <= MOST_SMALL;
+    let straight = straight.filter(|_| is_small || quasi_static.is_none());
+    let all = [quasi_static, straight, neither];
+    all.into_iter().flatten().collect()
 }
 
 /// A drone that takes longer to stop than smooth motion is for, and how long (s).
@@ -92,9 +88,9 @@ impl Why {
         (share > most).then_some(Why::Covered(share, most))
     }
 
-    /// As a note on the plan of a world by the next weaker rules.
-    pub(crate) fn note(&self, world: &World, weaker: &World) -> String {
-        let (planned, without, are, key) = match world.convection != weaker.convection {
+    /// As a note on a plan without advected wakes, or else without smooth motion.
+    fn note(&self, is_of_wakes: bool) -> String {
+        let (planned, without, are, key) = match is_of_wakes {
             true => (
                 "with quasi-static wakes",
                 "advected wakes",
@@ -128,6 +124,32 @@ impl Why {
         };
         format!("planned {planned}: {why}; {key} asks for it all the same")
     }
+}
+
+/// Notes on the plan of a world: why it does without what others that were tried have, of each rule
+/// by the one that gives up no more than it where there is one.
+pub(crate) fn notes(tried: &[(&World, Why)], planned: &World) -> Vec<String> {
+    let without = |has: &dyn Fn(&World) -> bool, is_alike: &dyn Fn(&World) -> bool| {
+        let by = tried
+            .iter()
+            .filter(|(world, _)| has(world) && !has(planned));
+        let mut by: Vec<_> = by.collect();
+        by.sort_by_key(|(world, _)| !is_alike(world));
+        by.first().map(|(_, why)| why)
+    };
+    let has_advected = |world: &World| world.convection.is_some();
+    let is_smooth = |world: &World| world.planning.motion == PathMotion::Smooth;
+    let wakes = without(&has_advected, &|world| {
+        is_smooth(world) == is_smooth(planned)
+    });
+    let motion = without(&is_smooth, &|world| {
+        has_advected(world) == has_advected(planned)
+    });
+    let notes = [(wakes, true), (motion, false)];
+    let notes = notes.into_iter();
+    notes
+        .filter_map(|(why, is_of_wakes)| Some(why?.note(is_of_wakes)))
+        .collect()
 }
 
 /// What lies under the wakes of a fleet at once over the floor, each as wide as it alone is too
@@ -252,6 +274,22 @@ mod tests {
         assert!(note.starts_with("planned in straight motion"), "{note}");
         assert!(
             note.contains("smooth motion is not tried above 25 %"),
+            "{note}"
+        );
+    }
+
+    #[test]
+    fn advected_wakes_are_kept_where_giving_them_up_helps_none() {
+        // 7 m at 2 m/s, which leaves no time to speed up and to slow down.
+        let hurried = one("kolibri", "").replace("(8, 8, 3)", "(8, 1, 1), during_s: (3.6, 3.6)");
+        let planned = planned(&hurried);
+        let plan = &planned.plan;
+        assert!(plan.is_safe() && !plan.drones[0].trajectory.is_smooth() && !plan.quasi_static);
+        let [note] = &planned.notes[..] else {
+            panic!("{:?}", planned.notes);
+        };
+        assert!(
+            note.contains(": with smooth motion, one drone has no path"),
             "{note}"
         );
     }

@@ -13,19 +13,19 @@ use super::scene::Scene;
 use super::time::closest::{Nearest, closest};
 use super::time::encounters::{Encounter, encounters};
 use super::{Report, checks::contents, judged};
-use crate::plan::file::{DroneClaims, PlanFile, arrivals_s};
+use crate::plan::file::{DroneClaims, PlanFile, TIME_S, arrival_s};
 use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation};
 
-/// Times are told in full precision; sums of many may lose this (s), chosen here: a hundredth of a
-/// millisecond, far below any margin.
-const TIME_S: f64 = 1e-5;
 /// The verifier's own error in the highest air: 0.1 % and 1e-4 U_H. Two programs may both err so.
 const AIR: (f64, f64) = (2e-3, 2e-4);
+/// The same where air takes its time: 2 % and 0.002 U_H, both below what it is.
+const LATE_AIR: (f64, f64) = (2e-2, 2e-3);
 /// Sums over time are found to 0.1 % by the verifier; two programs may both err so, and energy goes
-/// with a power of the air. Besides, a millimetre of exposure and what it costs (m): chosen here.
+/// with a power of the air. Besides, a millimetre of exposure and what it costs (m), chosen here,
+/// and what [`air::DOSE_FLOOR`] leaves.
 const DOSE: (f64, f64) = (5e-3, 1e-3);
-/// Of extra energy over that of the flight (%), chosen here: a tenth of what is printed.
-const PERCENT: f64 = 1e-2;
+/// Of extra energy over that of the flight (%), chosen here: a fifth of what is printed.
+const PERCENT: f64 = 2e-2;
 /// Standard gravity as 9.81 or 9.806 65 m/s² differs by 2e-4 in an induced velocity.
 const HOVER: f64 = 1e-3;
 /// Of the highest air in a zone, found to 5 % by the verifier.
@@ -133,7 +133,7 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let is_whole = malformed.is_empty();
     let report = super::report(plan, scene.as_ref(), malformed, (super::Asked::Spans, None));
     let asked = scene.as_ref().filter(|_| late);
-    let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len()));
+    let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len(), &|| false));
     let late = late.unwrap_or_else(|| vec![None; plan.drones.len()]);
     let near = scene.as_ref().map(|scene| encounters(scene, 0.0));
     let judged_by = scene.as_ref().zip(near.as_deref());
@@ -208,7 +208,6 @@ fn worst_air(plan: &Plan, report: &Report) -> Option<WorstAir> {
 /// When a drone's last dwell ends: as stated where that may be, else as its trajectory suggests
 /// (s).
 fn arrives_s(plan: &Plan, drone: &DronePlan, stated_s: Option<f64>) -> f64 {
-    let may_be_s = arrivals_s(drone);
     // The last dwell of a drone that stays may be missing from trajectories of plan/1.
     let last_s = drone.trajectory.t_s.last().copied();
     let later_s = stated_s.filter(|stated_s| Some(*stated_s) > last_s);
@@ -217,9 +216,7 @@ fn arrives_s(plan: &Plan, drone: &DronePlan, stated_s: Option<f64>) -> f64 {
     {
         return later_s;
     }
-    let is_stated = |may_be_s: &&f64| stated_s.is_some_and(|it| (it - **may_be_s).abs() <= TIME_S);
-    let stated = may_be_s.iter().find(is_stated).or(may_be_s.first());
-    stated.copied().unwrap_or(0.0)
+    arrival_s(drone, stated_s)
 }
 
 /// Gathers what is stated and does not follow.
@@ -319,7 +316,12 @@ impl Differences<'_> {
             self.number(Some(k), "arrives_s", stated.arrives_s, (arrival_s, TIME_S));
         }
         let met = &self.report.exposures[k];
-        let slack_mps = AIR.0 * met.worst_air_mps + AIR.1 * u_h_mps;
+        let error = match self.file.plan.convection() {
+            Some(_) => LATE_AIR,
+            None => AIR,
+        };
+        let higher_mps = stated.worst_air_mps.unwrap_or(0.0).max(met.worst_air_mps);
+        let slack_mps = error.0 * higher_mps + error.1 * u_h_mps;
         self.number(
             Some(k),
             "worst_air_mps",
@@ -327,10 +329,13 @@ impl Differences<'_> {
             (met.worst_air_mps, slack_mps),
         );
         self.worst(k, stated, slack_mps);
-        let slack_m = DOSE.0 * met.dose_m + DOSE.1;
+        let (from_s, until_s) = drone.airborne_s;
+        let flies_s = until_s.map_or(0.0, |until_s| until_s - from_s).max(0.0);
+        let least_m = DOSE.1 + 2.0 * air::DOSE_FLOOR * u_h_mps * flies_s;
+        let slack_m = DOSE.0 * met.dose_m + least_m;
         self.number(Some(k), "dose_m", stated.dose_m, (met.dose_m, slack_m));
         // Downwash costs at most the weight times the exposure.
-        let slack_j = DOSE.0 * met.extra_energy_j + DOSE.1 * mass_kg * airflow::GRAVITY_MPS2;
+        let slack_j = DOSE.0 * met.extra_energy_j + least_m * mass_kg * airflow::GRAVITY_MPS2;
         let energy_j = (met.extra_energy_j, slack_j);
         self.number(Some(k), "extra_energy_j", stated.extra_energy_j, energy_j);
         let percent = (
@@ -370,7 +375,7 @@ impl Differences<'_> {
         let there = (self.judged_by.zip(there_s))
             .and_then(|((scene, near), t_s)| air::at(scene, near, k, t_s));
         let (mean_mps, strongest) = there.unwrap_or((0.0, None));
-        let is_highest = met.worst_air_mps > 0.0 && mean_mps + slack_mps >= met.worst_air_mps;
+        let is_highest = mean_mps > 0.0 && mean_mps + slack_mps >= met.worst_air_mps;
         if at_s.is_some() && !is_highest {
             self.tell(
                 Some(k),

@@ -193,7 +193,8 @@ fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Judgement {
     found.extend(smooth::check(scene, flight));
     found.extend(obstacle::check(scene, flight));
     found.extend(collision::check(scene, near, k));
-    let (air, exposure) = air::check(scene, near, flight);
+    let slices = shifted_air::bounded(scene, near, flight);
+    let (air, exposure) = air::check(scene, (near, &slices), flight);
     found.extend(air);
     let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
     let shifted = match found.iter().filter(collides).count() > CROWD {
@@ -203,7 +204,7 @@ fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Judgement {
     };
     let shifted = shifted
         .into_iter()
-        .chain(shifted_air::check(scene, near, flight));
+        .chain(shifted_air::check(scene, slices, flight));
     // What is broken without margins is told without.
     let on_time = found.iter().map(|(_, it)| it);
     let known: FxHashSet<_> = on_time

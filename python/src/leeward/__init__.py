@@ -7,7 +7,7 @@ centre of a drone's rotor plane. Units stand at the end of names.
 >>> import leeward
 >>> air = leeward.Air("crazyflie-2.1")
 >>> round(float(air.speed([[0.0, 0.0, -0.5]])[0]), 2)   # half a metre below it, m/s
-3.61
+3.64
 """
 
 try:

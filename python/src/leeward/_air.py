@@ -48,7 +48,7 @@ class Air:
         airframe: Union[str, Airframe],
         mass_kg: float | None = None,
         *,
-        temperature_c: float = 15.0,
+        temperature_c: float = 20.0,
         pressure_pa: float = 101_325.0,
     ) -> None:
         outside = (float(temperature_c), float(pressure_pa))
@@ -176,7 +176,7 @@ def separation(
     under: Union[str, Airframe, Air],
     depths_m: Sequence[float] | Floats | None = None,
     offsets_m: Sequence[float] | Floats | None = None,
-    temperature_c: float = 15.0,
+    temperature_c: float = 20.0,
     pressure_pa: float = 101_325.0,
 ) -> Separation:
     """How much air a drone meets below another, both hovering in still air.

@@ -349,6 +349,7 @@ fn a_replan_that_is_stopped_leaves_every_path_as_it_was() {
     }
 }
 
+mod by_default;
 mod refusals;
 
 #[test]

@@ -11,6 +11,7 @@
 use airflow::power;
 use serde::Serialize;
 
+use super::shifted_air::Bounded;
 use super::{column, shifted_air};
 use crate::plan::ViolationKind;
 use crate::verify::extents::Span;
@@ -31,7 +32,7 @@ const WORST_TOLERANCE: f64 = 1e-3;
 const WORST_FLOOR: f64 = 1e-4;
 /// Error allowed in the mean over a part of the flight, over U_H: chosen here, 0.005 % of extra
 /// energy.
-const DOSE_FLOOR: f64 = 1e-4;
+pub(crate) const DOSE_FLOOR: f64 = 1e-4;
 
 /// The downwash that one drone is exposed to while it is airborne.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -67,7 +68,7 @@ struct Moment {
 /// Judges the air of a flight, and its stays in columns.
 pub(crate) fn check(
     scene: &Scene<'_>,
-    near: &[Encounter],
+    (near, slices): (&[Encounter], &[Bounded<'_>]),
     receiver: &Flight,
 ) -> (Vec<Found>, DroneExposure) {
     if receiver.airborne_s.1 <= receiver.airborne_s.0 {
@@ -118,7 +119,7 @@ pub(crate) fn check(
     if scene.lags().1 > 0.0 {
         // The limit is judged with the margins: see `shifted_air`.
         let known_mps = seed.map_or(0.0, |it| it.mean_mps);
-        let late = shifted_air::highest(scene, near, receiver, (everything_s, known_mps));
+        let late = shifted_air::highest(slices, everything_s, known_mps);
         let known = seed.filter(|it| it.mean_mps > 0.0);
         (met.worst_air_mps, met.worst_air_at_s, met.worst_air_from) = match (late, known) {
             (Some(it), _) => {
@@ -161,7 +162,8 @@ pub(crate) fn exceeds(
     if scene.lags().1 > 0.0 {
         let is_over = shifted_air::exceeds(scene, near, receiver)
             || !column::check(scene, receiver, &windows).is_empty();
-        let late = shifted_air::highest(scene, near, receiver, (everything_s, known_mps));
+        let slices = shifted_air::bounded(scene, near, receiver);
+        let late = shifted_air::highest(&slices, everything_s, known_mps);
         return (is_over, late.map_or(known_mps, |it| it.mean_mps));
     }
     let (mut is_over, mut highest_mps) = (false, known_mps);
@@ -224,7 +226,8 @@ pub(crate) fn at(
     let then: Vec<Encounter> =
         (then.filter(|it| it.span_s.0 <= t_s && t_s <= it.span_s.1)).collect();
     if scene.lags().1 > 0.0 {
-        let late = shifted_air::highest(scene, &then, &scene.flights[k], ((t_s, t_s), 0.0))?;
+        let slices = shifted_air::bounded(scene, &then, &scene.flights[k]);
+        let late = shifted_air::highest(&slices, (t_s, t_s), 0.0)?;
         let from = scene.flights[late.strongest.0].name.clone();
         return Some((late.mean_mps, Some(from)));
     }

@@ -39,15 +39,20 @@ pub struct Lateness {
     pub breaks: Option<(ViolationKind, String)>,
 }
 
-/// How late each drone of a plan may be, in its order; `None`: it cannot be judged.
-pub fn of_all(plan: &Plan) -> Vec<Option<Lateness>> {
+/// How late each drone of a plan may be, in its order; `None`: it cannot be judged, or was not
+/// before it was to stop.
+pub fn of_all(plan: &Plan, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Option<Lateness>> {
     let (scene, _) = contents::read(plan);
-    let judged = scene.map(|scene| of_scene(&scene, plan.drones.len()));
+    let judged = scene.map(|scene| of_scene(&scene, plan.drones.len(), stop));
     judged.unwrap_or_else(|| vec![None; plan.drones.len()])
 }
 
 /// The same of a plan with so many drones, as it was read.
-pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>> {
+pub(crate) fn of_scene(
+    scene: &Scene<'_>,
+    drones: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<Option<Lateness>> {
     let near = encounters(scene, LATEST_S);
     let on_time = encounters(scene, 0.0);
     let flights = || scene.flights.par_iter().enumerate();
@@ -65,6 +70,7 @@ pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>
         slices,
     };
     let judged: Vec<(usize, Lateness)> = flights()
+        .filter(|_| !stop())
         .map(|(k, flight)| (flight.index, fleet.lateness(k)))
         .collect();
     let mut by_drone = vec![None; drones];

@@ -54,9 +54,9 @@ const CHUNK: usize = 32;
 /// drones in dense fleets are told up to 0.07 s more, which takes twice as long.
 const PARTS_LATE: usize = 20_000;
 
-/// Parts of one slice of time that are looked at where the air is only told, chosen here: a few
-/// milliseconds of work.
-const PARTS_TOLD: usize = 4_000;
+/// Parts of one flight that are looked at where the air is only told, chosen here: some tenths of a
+/// second of work.
+const PARTS_TOLD: usize = 20_000;
 /// What is not higher by this, over U_H, is not told as higher, chosen here: below the hundredths
 /// that are printed.
 const TOLD_ALPHA: f64 = 2e-3;
@@ -247,14 +247,14 @@ impl Run<'_> {
 
 /// Whether one receiver may exceed its limit when air takes its time, or at some shift of the
 /// clocks within the margin, and when.
-pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flight) -> Vec<Found> {
     let margin_s = 2.0 * scene.margins.time_s;
     let is_late = scene.lags().1 > 0.0;
-    if margin_s <= 0.0 && !is_late {
-        return Vec::new();
-    }
     let mut runs: Vec<Run> = Vec::new();
-    for slice in slices(scene, near, receiver, margin_s) {
+    for Bounded { slice, most_mps } in slices {
+        if most_mps <= slice.exposed.cleared_mps() {
+            continue;
+        }
         let Some(shifted) = slice.exposed.over(slice.whole(margin_s)) else {
             continue;
         };
@@ -305,24 +305,70 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) ->
     found.collect()
 }
 
-/// The highest mean air over a receiver's discs with every drone on time, over all lags of the air
-/// and the moments of a span (s), to a few percent; `None`: none above what is known (m/s).
-pub(super) fn highest(
-    scene: &Scene<'_>,
+/// A flight in slices, each with a bound; empty where no drone is early or late and no air.
+pub(crate) fn bounded<'a>(
+    scene: &'a Scene<'a>,
     near: &[Encounter],
-    receiver: &Flight,
-    (within_s, known_mps): (Span, f64),
+    receiver: &'a Flight,
+) -> Vec<Bounded<'a>> {
+    let margin_s = 2.0 * scene.margins.time_s;
+    let is_late = scene.lags().1 > 0.0;
+    if margin_s <= 0.0 && !is_late {
+        return Vec::new();
+    }
+    let slices = slices(scene, near, receiver, margin_s).into_iter();
+    let bounded = slices.map(|slice| Bounded {
+        // Else the limit alone is asked for, which begins with the same.
+        most_mps: match is_late {
+            true => slice.exposed.rough_of_all_mps(&slice.whole(margin_s)),
+            false => f64::INFINITY,
+        },
+        slice,
+    });
+    bounded.collect()
+}
+
+/// The highest mean air over a receiver's discs with every drone on time, over all lags of the air
+/// and the moments of a span (s), to [`TOLD_ALPHA`] and a few percent; `None`: it is no more than
+/// that above what is known (m/s).
+pub(super) fn highest(
+    slices: &[Bounded<'_>],
+    within_s: Span,
+    mut known_mps: f64,
 ) -> Option<Moment> {
+    // Where the bound is the highest is looked at first: it mostly settles the rest. Speeds are not
+    // negative: their bits are in their order.
+    let mut open = Queue::new();
+    for Bounded { slice, most_mps } in slices {
+        let mut part = slice.whole(0.0);
+        let (from_s, until_s) = part.span_s;
+        part.span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
+        if part.span_s.0 <= part.span_s.1 {
+            open.push(most_mps.to_bits(), (&slice.exposed, part));
+        }
+    }
     let mut highest: Option<Moment> = None;
-    for mut slice in slices(scene, near, receiver, 0.0) {
-        let (from_s, until_s) = slice.span_s;
-        slice.span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
-        if slice.span_s.0 > slice.span_s.1 {
+    for _ in 0..PARTS_TOLD {
+        let Some((most, (exposed, part))) = open.pop() else {
+            break;
+        };
+        let known = exposed.alpha(known_mps) + TOLD_ALPHA;
+        if f64::from_bits(most) <= exposed.mean_mps(known * WORSE) {
             continue;
         }
-        let known_mps = highest.as_ref().map_or(known_mps, |it| it.mean_mps);
-        let found = slice.exposed.highest(slice.whole(0.0), known_mps);
-        highest = found.or(highest);
+        let (verdict, high_mps) = exposed.judge(part, Some(known));
+        let halves = match verdict {
+            Verdict::Clear => None,
+            Verdict::Open(halves) => Some(halves),
+            Verdict::Over(moment, halves) => {
+                known_mps = moment.mean_mps;
+                highest = Some(moment);
+                halves
+            }
+        };
+        for half in halves.into_iter().flatten() {
+            open.push(high_mps.to_bits(), (exposed, half));
+        }
     }
     highest
 }
@@ -361,6 +407,46 @@ pub(super) fn within_reach_s(
         (high_mps > FAINTEST_WAKE_MPS).then_some(part.span_s)
     });
     within.collect()
+}
+
+/// A slice, and an upper bound of the mean air over the receiver's discs in it (m/s): at every lag
+/// of the air, all clocks within the margins.
+pub(crate) struct Bounded<'a> {
+    slice: Slice<'a>,
+    most_mps: f64,
+}
+
+/// What is open, each with a key: the highest has its turn first, of equals the last.
+struct Queue<K, T> {
+    keys: BinaryHeap<(K, usize)>,
+    items: Vec<Option<T>>,
+}
+
+impl<K: Ord + Copy, T> Queue<K, T> {
+    /// Nothing is open.
+    fn new() -> Queue<K, T> {
+        Queue {
+            keys: BinaryHeap::new(),
+            items: Vec::new(),
+        }
+    }
+
+    /// Opens one more.
+    fn push(&mut self, key: K, item: T) {
+        self.keys.push((key, self.items.len()));
+        self.items.push(Some(item));
+    }
+
+    /// The next, which is no longer open.
+    fn pop(&mut self) -> Option<(K, T)> {
+        let (key, index) = self.keys.pop()?;
+        self.items[index].take().map(|item| (key, item))
+    }
+
+    /// The key of the next.
+    fn next_key(&self) -> Option<K> {
+        self.keys.peek().map(|it| it.0)
+    }
 }
 
 /// A span of the receiver's time within one of its pieces, and the flights near it.
@@ -467,25 +553,9 @@ impl<'a> Exposed<'a> {
         self.scene.flown.alpha(mean_mps, self.u_h_mps)
     }
 
-    /// The moment of the highest mean air in a part, to [`TOLD_ALPHA`] and a few percent of it, as
-    /// far as that is looked for; `None`: it is no more than that above what is known (m/s).
-    fn highest(&self, whole: Part, known_mps: f64) -> Option<Moment> {
-        let mut highest: Option<Moment> = None;
-        let mut open = vec![whole];
-        for _ in 0..PARTS_TOLD {
-            let Some(part) = open.pop() else { break };
-            let known_mps = highest.as_ref().map_or(known_mps, |it| it.mean_mps);
-            let known = self.alpha(known_mps) + TOLD_ALPHA;
-            match self.judge(part, Some(known)) {
-                Verdict::Clear => {}
-                Verdict::Open(halves) => open.extend(halves),
-                Verdict::Over(moment, halves) => {
-                    highest = Some(moment);
-                    open.extend(halves.into_iter().flatten());
-                }
-            }
-        }
-        highest
+    /// Mean air up to which the limit holds (m/s).
+    fn cleared_mps(&self) -> f64 {
+        self.mean_mps(self.receiver.air_limit + CLEARED_ALPHA)
     }
 
     /// The worst moment of a part at which the limit is exceeded, if there is one: to a few percent
@@ -501,7 +571,7 @@ impl<'a> Exposed<'a> {
                 return worst;
             };
             let known = worst.as_ref().map(|it| it.alpha);
-            match self.judge(part, known) {
+            match self.judge(part, known).0 {
                 Verdict::Clear => {}
                 Verdict::Open(halves) => open.extend(halves),
                 Verdict::Over(moment, halves) => {
@@ -556,7 +626,7 @@ impl<'a> Exposed<'a> {
                 ..whole.clone()
             }];
             for _ in 0..PARTS_OF_MOMENT {
-                match open.pop().map(|part| self.judge(part, None)) {
+                match open.pop().map(|part| self.judge(part, None).0) {
                     Some(Verdict::Over(..)) => return true,
                     Some(Verdict::Open(halves)) => open.extend(halves),
                     Some(Verdict::Clear) => {}
@@ -595,12 +665,10 @@ impl<'a> Exposed<'a> {
         let mut least_s = known_s;
         // Those of the least have their turn first, of equals the last: what is not decided in the
         // end lies beyond as much as can be.
-        let mut parts = vec![Some(whole)];
-        let mut open = BinaryHeap::from([(Reverse(0), 0)]);
+        let mut open = Queue::new();
+        open.push(Reverse(0), whole);
         for _ in 0..most {
-            let part = open
-                .pop()
-                .and_then(|(_, index): (_, usize)| parts[index].take());
+            let part = open.pop().map(|(_, part)| part);
             // What begins at none is decided, however near it the least is.
             let matters = |it: &Part| along.low_s(it) <= (least_s - fine_s).max(0.0);
             let Some(part) = part.filter(matters) else {
@@ -610,7 +678,7 @@ impl<'a> Exposed<'a> {
             let mut whole = part.clone();
             let (from_s, until_s) = *along.range(&mut whole);
             let is_short = until_s - from_s <= fine_s;
-            let halves = match self.judge(part, None) {
+            let halves = match self.judge(part, None).0 {
                 Verdict::Clear => None,
                 Verdict::Open(halves) => Some(halves),
                 Verdict::Over(moment, halves) => {
@@ -625,18 +693,17 @@ impl<'a> Exposed<'a> {
             };
             for half in halves.into_iter().flatten() {
                 // They are not negative: their bits are in their order.
-                open.push((Reverse(along.low_s(&half).to_bits()), parts.len()));
-                parts.push(Some(half));
+                open.push(Reverse(along.low_s(&half).to_bits()), half);
             }
         }
-        let least_open_s = open.peek().map(|it| f64::from_bits(it.0.0));
+        let least_open_s = open.next_key().map(|it| f64::from_bits(it.0));
         (least_s, least_open_s.unwrap_or(f64::INFINITY))
     }
 
     /// Whether the limit holds throughout a part, whatever else is there, of which there is at most
     /// so much (m/s): superposed, it and a wake are no more than both together.
     pub(super) fn bears(&self, part: &Part, emitter: Emitter, most_mps: f64) -> bool {
-        let cleared_mps = self.mean_mps(self.receiver.air_limit + CLEARED_ALPHA);
+        let cleared_mps = self.cleared_mps();
         most_mps <= cleared_mps && most_mps + self.rough_mps(part, emitter) <= cleared_mps
     }
 
@@ -646,19 +713,15 @@ impl<'a> Exposed<'a> {
         let how = self.scene.superposition;
         let within_mps = BOUND_ALPHA * self.u_h_mps;
         let mut found_mps = 0.0_f64;
-        let mut parts = vec![Some(whole)];
-        let mut open = BinaryHeap::from([(f64::MAX.to_bits(), 0)]);
+        let mut open = Queue::new();
+        open.push(f64::MAX.to_bits(), whole);
         for _ in 0..PARTS_BOUNDED {
-            let Some((high, index)) = open.pop() else {
+            let Some((high, part)) = open.pop() else {
                 break;
             };
-            // Speeds are not negative: their bits are in their order.
             if f64::from_bits(high) <= found_mps + within_mps {
                 break;
             }
-            let Some(part) = parts[index].take() else {
-                continue;
-            };
             let Some(window_s) = self.feasible_s(&part) else {
                 continue;
             };
@@ -671,19 +734,18 @@ impl<'a> Exposed<'a> {
                 continue;
             }
             for half in self.halves(part, &rough, &passing).into_iter().flatten() {
-                open.push((high_mps.to_bits(), parts.len()));
-                parts.push(Some(half));
+                open.push(high_mps.to_bits(), half);
             }
         }
-        let open_mps = open.peek().map_or(0.0, |it| f64::from_bits(it.0));
+        let open_mps = open.next_key().map_or(0.0, f64::from_bits);
         open_mps.max(found_mps + within_mps)
     }
 
     /// Looks at a part: on bounds, then at some of its moments. What is no more than a few percent
-    /// above what is known over the limit is in order.
-    pub(super) fn judge(&self, mut part: Part, known: Option<f64>) -> Verdict {
+    /// above what is known over the limit is in order. And an upper bound of its air (m/s).
+    fn judge(&self, mut part: Part, known: Option<f64>) -> (Verdict, f64) {
         let Some(window_s) = self.feasible_s(&part) else {
-            return Verdict::Clear;
+            return (Verdict::Clear, 0.0);
         };
         let limit = self.receiver.air_limit;
         let cleared = known.map_or(limit + CLEARED_ALPHA, |alpha| alpha * WORSE);
@@ -700,18 +762,19 @@ impl<'a> Exposed<'a> {
                 passing.push(of_one);
             }
         }
-        if superpose(how, rough.iter().copied()) <= cleared_mps {
-            return Verdict::Clear;
+        let mut high_mps = superpose(how, rough.iter().copied());
+        if high_mps > cleared_mps {
+            high_mps = high_mps.min(self.high_mps(&passing));
         }
-        if self.high_mps(&passing) <= cleared_mps {
-            return Verdict::Clear;
+        if high_mps <= cleared_mps {
+            return (Verdict::Clear, high_mps);
         }
         let moment = self.worst_of(&part, window_s, &passing);
         let halves = self.halves(part, &rough, &passing);
         if moment.alpha > known.unwrap_or(limit + ALPHA_TOLERANCE) {
-            return Verdict::Over(moment, halves);
+            return (Verdict::Over(moment, halves), high_mps);
         }
-        halves.map_or(Verdict::Clear, Verdict::Open)
+        (halves.map_or(Verdict::Clear, Verdict::Open), high_mps)
     }
 
     /// How early the earliest clock may be so that every clock has a moment of the part, at least
@@ -872,6 +935,12 @@ impl<'a> Exposed<'a> {
             high_mps = high_mps.max(it.high_mps)
         });
         high_mps
+    }
+
+    /// An upper bound of all wakes anywhere on the receiver's discs over a part (m/s).
+    fn rough_of_all_mps(&self, part: &Part) -> f64 {
+        let of_one = part.emitters.iter().map(|it| self.rough_mps(part, *it));
+        superpose(self.scene.superposition, of_one)
     }
 
     /// An upper bound of the mean air that closes in on it as the part shrinks (m/s).

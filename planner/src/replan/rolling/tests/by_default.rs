@@ -1,0 +1,89 @@
+//! Changes of flights by the rules and margins that hold where a scenario names none.
+
+use super::*;
+use crate::plan::file::read;
+use crate::verify::examination::examine;
+
+/// A plan that is flown.
+fn flown(text: &str) -> Running {
+    let world = read_world(text).expect("in order");
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    assert!(plan.violations.is_empty() && plan.drones[0].trajectory.is_smooth());
+    Running::new(world, plan).expect("its plan")
+}
+
+/// Two drones that fly past one another.
+fn yard(at_end: &str) -> Running {
+    flown(&format!(
+        r#"Scenario(name: "yard", bounds_m: (min: (0, 0, 0), max: (24, 12, 5)), drones: [
+          (name: "left", airframe: "kolibri", start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (20.5, 2.5, 1.5))], at_end: {at_end}),
+          (name: "right", airframe: "kolibri", start_m: (20.5, 8.5, 1.5), tasks: [(to_m: (2.5, 8.5, 1.5))], at_end: {at_end})])"#
+    ))
+}
+
+fn changed(running: &mut Running, at_s: f64, change: Change) -> Replanned {
+    let told = running.replan(at_s, &[change], &Control::QUIET);
+    told.expect("in order")
+}
+
+/// What its plan states of itself follows from it.
+fn states_what_follows(running: &Running) {
+    let text = serde_json::to_string(running.plan()).expect("a plan");
+    let examined = examine(&read(&text).expect("a plan"), false);
+    assert_eq!(examined.differences, []);
+}
+
+fn failed(drone: &str) -> Change {
+    Change::Failed {
+        drone: drone.to_owned(),
+        lies_m: None,
+    }
+}
+
+#[test]
+fn a_drone_that_lands_and_drops_its_tasks_comes_to_rest_and_then_lands() {
+    for at_s in [0.5, 3.0, 7.3] {
+        let mut running = yard("Land");
+        let told = changed(&mut running, at_s, retasked("left", Vec::new()));
+        sound(&running);
+        assert_eq!(told.refused, []);
+        states_what_follows(&running);
+        let left = find(running.plan(), "left");
+        let lands_m = left.trajectory.position_m.last().expect("a place");
+        assert!(left.at_end == AtEnd::Land && lands_m.z < 0.5, "{lands_m}");
+    }
+}
+
+#[test]
+fn a_drone_that_is_gone_soon_or_drops_its_tasks_states_when_it_comes_to_rest() {
+    let changes = [
+        removed("left"),
+        failed("left"),
+        retasked("left", Vec::new()),
+    ];
+    for (change, at_s) in changes.iter().flat_map(|it| [(it, 3.0), (it, 20.0)]) {
+        let mut running = yard("Hover");
+        changed(&mut running, at_s, change.clone());
+        states_what_follows(&running);
+    }
+}
+
+#[test]
+fn a_drone_that_fails_on_the_ground_lies_where_it_stood() {
+    let mut running = yard("Land");
+    let told = changed(&mut running, 30.0, failed("left"));
+    assert_eq!(told.unavoidable, []);
+    sound(&running);
+    states_what_follows(&running);
+}
+
+#[test]
+fn those_in_whose_way_one_stops_that_is_gone_give_way_or_cannot() {
+    for at_s in [3.65, 3.7, 3.72, 3.8, 3.9] {
+        let mut running = flown(include_str!("../../../../../scenarios/circle-16.ron"));
+        let told = changed(&mut running, at_s, failed("d4"));
+        assert_eq!(running.plan().violations, told.unavoidable, "{at_s} s");
+        states_what_follows(&running);
+    }
+}
