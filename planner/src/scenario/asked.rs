@@ -323,13 +323,14 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
     let bare_kg = drone.vehicle.airframe.mass_kg();
     let mut mass_kg = bare_kg;
     let mut since_s = 0.0;
+    let mut is_kept = true;
     let mut missing = Vec::new();
     for (k, task) in drone.tasks.iter().enumerate() {
         let number = k + 1;
         let before_kg = mass_kg;
         mass_kg = task.load_kg.map_or(mass_kg, |load_kg| bare_kg + load_kg);
         // Of what is taken up and changed again at once, or taken up and away, nothing is seen.
-        let is_kept = match drone.tasks.get(k + 1) {
+        is_kept = match drone.tasks.get(k + 1) {
             _ if task.dwell_s > 0.0 => true,
             Some(next) => next.to_m != task.to_m || next.load_kg.is_none(),
             None => drone.at_end != AtEnd::Leave,
@@ -354,7 +355,8 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
         }
         since_s = until_s;
     }
-    if let Some(wrong_kg) = other_mass(&trajectory, (since_s, f64::INFINITY), mass_kg) {
+    let after = other_mass(&trajectory, (since_s, f64::INFINITY), mass_kg);
+    if let Some(wrong_kg) = after.filter(|_| is_kept) {
         let load = "after its last task it weighs";
         missing.push(format!(
             "{load} {wrong_kg:.3} kg instead of {mass_kg:.3} kg"
