@@ -76,7 +76,7 @@ fn exposure_in_late_air_is_told_from_when_on_until_when_it_is_over_the_limit() {
         assert_eq!(spans, [(0.0, None)], "{told:?}");
     }
     // What is exceeded already leaves no room to be late.
-    let room: Vec<_> = of_all(&hover).into_iter().flatten().collect();
+    let room: Vec<_> = of_all(&hover, &|| false).into_iter().flatten().collect();
     assert_eq!(room.len(), 2);
     for it in room {
         assert_eq!(it.late_s, 0.0, "{it:?}");

@@ -403,7 +403,7 @@ fn all_named(kind: &str, world: &World, plan: &planner::Plan, seed: u64) -> usiz
     let good = serde_json::to_value(plan).unwrap();
     // Worked out only where it is stated.
     let mut with_lateness = plan.clone();
-    let late = lateness::of_all(plan);
+    let late = lateness::of_all(plan, &|| false);
     for (drone, late) in with_lateness.drones.iter_mut().zip(late) {
         drone.may_be_late_s = late.map(|it| it.late_s);
     }
