@@ -168,10 +168,7 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
     let Column { radius_m, depth_m } = found.column;
     let answer = format!(
         "Keep a {} at least {:.2} m straight below a {}, or {:.2} m beside its axis at any depth; never in its near-field column.",
-        lower.airframe,
-        found.below_m,
-        upper.airframe,
-        found.beside_m
+        lower.airframe, found.below_m, upper.airframe, found.beside_m
     );
     report.section("How far", vec![Part::line(answer), Part::List(vec![
         format!("straight below: from {:.2} m down it meets no more, is below the near-field column, and no bodies touch", found.below_m),
