@@ -94,12 +94,3 @@ impl Batteries {
         ))
     }
 }
-
-/// A share of a battery from the command line (%).
-pub(super) fn percent(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match value > 0.0 && value <= 100.0 {
-        true => Ok(value),
-        false => Err("must lie above 0 and up to 100".to_owned()),
-    }
-}

@@ -12,6 +12,7 @@ use planner::{Plan, World};
 use serde::Serialize;
 use viewer::Stop;
 
+use crate::commands::number;
 use crate::commands::plan::read_world;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
@@ -42,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME")]
     drone: String,
     /// When (s)
-    #[arg(long, value_name = "SECONDS", value_parser = time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.0..=1e9, "s"), allow_negative_numbers = true)]
     at: f64,
     /// Its scenario: tells dwells from waits
     #[arg(long, value_name = "SCENARIO.ron")]
@@ -89,14 +90,6 @@ struct Explained {
     /// The page at that moment, where one lies beside the plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     page: Option<String>,
-}
-
-fn time(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match (0.0..=1e9).contains(&value) {
-        true => Ok(value),
-        false => Err("must be from 0 to 1e9 s".to_owned()),
-    }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {

@@ -7,6 +7,7 @@ use serde::Serialize;
 use validation::hover_grid::set::NoSuchAirframe;
 
 use crate::commands::answers::Wanted;
+use crate::commands::{ABOVE_0, number};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots::map::{self, Map};
@@ -27,16 +28,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "UPPER")]
     under: String,
     /// Mass of the lower drone with its payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = number(ABOVE_0..=1e4, "kg"), allow_negative_numbers = true)]
     mass: Option<f64>,
     /// Mass of the upper drone with its payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = number(ABOVE_0..=1e4, "kg"), allow_negative_numbers = true)]
     under_mass: Option<f64>,
     /// Highest mean air over the lower one's rotor discs, over its own induced velocity
-    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = number(ABOVE_0..=1e4, ""), allow_negative_numbers = true)]
     limit: f64,
     /// Speed at which it passes below (m/s)
-    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = number(ABOVE_0..=1e4, "m/s"), allow_negative_numbers = true)]
     speed: f64,
     #[command(flatten)]
     wanted: Wanted,
@@ -86,14 +87,6 @@ struct Row {
     /// From here on beside, at this depth, the limit is kept.
     beside_m: f64,
     passing: Passage,
-}
-
-pub(super) fn above_0(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match value > 0.0 && value <= 1e4 {
-        true => Ok(value),
-        false => Err("must be above 0 and at most 10000".to_owned()),
-    }
 }
 
 pub(super) fn airframe(name: &str) -> Result<Airframe, Failure> {
