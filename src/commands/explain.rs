@@ -19,7 +19,7 @@ use crate::io::failure::Failure;
 use crate::io::files;
 use crate::io::plans::Source;
 use crate::report::sections::{Part, Report};
-use crate::report::words::place;
+use crate::report::words::{cell, first_few, place};
 
 /// What is escaped in a link's fragment: all but the unreserved characters of RFC 3986, section
 /// 2.3.
@@ -178,12 +178,8 @@ fn world_of(plan: &Plan, path: &Path) -> Result<World, Failure> {
     let of_world: BTreeSet<&str> = world.drones.iter().map(|it| &it.name[..]).collect();
     let only = |one: &BTreeSet<&str>, other: &BTreeSet<&str>, of: &str| {
         let names: Vec<String> = one.difference(other).map(|it| format!("`{it}`")).collect();
-        let shown = names.iter().take(MOST_TOLD).cloned().collect::<Vec<_>>();
-        let more = match names.len().saturating_sub(MOST_TOLD) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let told = format!("only the {of} has {}{more}", shown.join(", "));
+        let shown = first_few(names.iter(), MOST_TOLD, ", ");
+        let told = format!("only the {of} has {shown}");
         (!names.is_empty()).then_some(told)
     };
     let differ = [
@@ -361,7 +357,7 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 format!("{until_s:.2}"),
                 format!("{:.2}", until_s - from_s),
                 (*what).to_owned(),
-                costs_s.map_or("-".to_owned(), |it| format!("{it:.2}")),
+                cell(*costs_s, 2),
             ]
         });
     let rows: Vec<Vec<String>> = rows.collect();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
 
-pub(crate) use tools::table::{count, figures, joined};
+pub(crate) use tools::table::{cell, count, figures, joined};
 
 /// Fleets up to this size are listed whole: chosen here, it fits on a screen or two.
 pub(crate) const LIST_ALL_UP_TO: usize = 40;
@@ -73,6 +73,20 @@ pub(crate) fn tally<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<(T, u
 /// Each once, joined by commas, in the order in which they come.
 pub(crate) fn each_once<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     joined(tally(names).into_iter().map(|(name, _)| name), ", ")
+}
+
+/// The first few, and how many more there are: `a, b and 3 more`.
+pub(crate) fn first_few<T: ToString>(
+    all: impl ExactSizeIterator<Item = T>,
+    most: usize,
+    between: &str,
+) -> String {
+    let more = all.len().saturating_sub(most);
+    let shown = joined(all.take(most), between);
+    match more {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }
 
 /// Text as XML and HTML have it.

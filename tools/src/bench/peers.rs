@@ -22,7 +22,7 @@ use super::instance::Instance;
 use super::row::Row;
 use super::suite::Suite;
 use crate::instances::{Grid, movingai};
-use crate::table::{Table, joined};
+use crate::table::{Table, cell, joined};
 
 /// Time for one instance where none is named, chosen here: their papers allow 30 s and a minute.
 const TIME_LIMIT: Duration = Duration::from_secs(60);
@@ -344,8 +344,8 @@ pub fn text(own: &[Row], peers: &[[PeerRow; 2]]) -> String {
             "this one",
             [
                 format!("{planned} of {}", row.runs.len()),
-                shown(row.planning_time_s(), 2),
-                shown(ratio, 3),
+                cell(row.planning_time_s(), 2),
+                cell(ratio, 3),
                 violations.to_string(),
             ],
         ));
@@ -361,10 +361,6 @@ pub fn text(own: &[Row], peers: &[[PeerRow; 2]]) -> String {
 fn line(place: &[String; 2], planner: &str, figures: [String; 4]) -> Vec<String> {
     let names = place.iter().cloned().chain([planner.to_owned()]);
     names.chain(figures).collect()
-}
-
-fn shown(value: Option<f64>, digits: usize) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 impl PeerRow {
@@ -406,8 +402,8 @@ impl PeerRow {
             self.peer.name(),
             [
                 answer,
-                shown(median(&|it| it.time_s), 2),
-                shown(median(&PeerFigures::suboptimality), 3),
+                cell(median(&|it| it.time_s), 2),
+                cell(median(&PeerFigures::suboptimality), 3),
                 violations,
             ],
         )
