@@ -13,6 +13,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use diagnosis::statistics::quantile::quantile;
 use planner::plan::file;
 use planner::{World, read_world, verify};
 use serde::Serialize;
@@ -369,8 +370,7 @@ impl PeerRow {
         let median = |of: &dyn Fn(&PeerFigures) -> f64| {
             let mut values: Vec<f64> = solved.iter().map(|it| of(it)).collect();
             values.sort_unstable_by(f64::total_cmp);
-            let upper = *values.get(values.len() / 2)?;
-            Some((values[(values.len() - 1) / 2] + upper) / 2.0)
+            quantile(&values, 0.5)
         };
         let mut why: Vec<&str> = self
             .runs
