@@ -24,6 +24,11 @@ pub struct Airframe {
     width_factor: f64,
 }
 
+/// An airframe that no preset has, by its name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no airframe is called `{0}`; known are {known}", known = Airframe::PRESETS.join(", "))]
+pub struct NoSuchAirframe(pub String);
+
 /// Why numbers do not make an airframe.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AirframeError {
@@ -168,6 +173,14 @@ impl Airframe {
             motor_distance_m,
             width_factor,
         })
+    }
+
+    /// The same, with what to say where there is none.
+    ///
+    /// # Errors
+    /// No preset has that name.
+    pub fn named(name: &str) -> Result<Airframe, NoSuchAirframe> {
+        Airframe::preset(name).ok_or_else(|| NoSuchAirframe(name.to_owned()))
     }
 
     /// What messages call it.

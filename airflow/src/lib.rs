@@ -114,7 +114,7 @@ mod wake;
 mod wall_jet;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};
-pub use airframe::{Airframe, AirframeError, WIDTH_FACTOR_RANGE};
+pub use airframe::{Airframe, AirframeError, NoSuchAirframe, WIDTH_FACTOR_RANGE};
 pub use convection::{CONVECTION_FACTORS, Convection, NoConvection};
 pub use discs::DiscPoints;
 pub use far_field::FarField;

@@ -2,13 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use airflow::{Air, Jet, Wake};
+use airflow::{Air, Airframe, Jet, Wake};
 use clap::Args;
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::commands::answers::Wanted;
-use crate::commands::separation::airframe;
 use crate::commands::{ABOVE_0, number};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
@@ -90,7 +89,7 @@ struct Row {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let airframe = airframe(&arguments.airframe)?;
+    let airframe = Airframe::named(&arguments.airframe)?;
     let density_kg_per_m3 = Air::default().density_kg_per_m3();
     let mass_kg = arguments.mass.unwrap_or(airframe.mass_kg());
     let wake = Wake::new(&airframe, mass_kg, density_kg_per_m3, &Jet::default());

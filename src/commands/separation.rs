@@ -4,7 +4,6 @@ use airflow::separation::{Ellipsoid, Met, Passage, Separation};
 use airflow::{Air, Airframe, Jet, Wake};
 use clap::Args;
 use serde::Serialize;
-use validation::hover_grid::set::NoSuchAirframe;
 
 use crate::commands::answers::Wanted;
 use crate::commands::{ABOVE_0, number};
@@ -89,13 +88,9 @@ struct Row {
     passing: Passage,
 }
 
-pub(super) fn airframe(name: &str) -> Result<Airframe, Failure> {
-    Airframe::preset(name).ok_or_else(|| NoSuchAirframe(name.to_owned()).into())
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let [lower, upper] = [&arguments.lower, &arguments.under].map(|it| airframe(it));
-    let (lower, upper) = (lower?, upper?);
+    let lower = Airframe::named(&arguments.lower)?;
+    let upper = Airframe::named(&arguments.under)?;
     let density_kg_per_m3 = Air::default().density_kg_per_m3();
     let lower_kg = arguments.mass.unwrap_or(lower.mass_kg());
     let upper_kg = arguments.under_mass.unwrap_or(upper.mass_kg());
