@@ -124,6 +124,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_list_that_is_cut_says_how_many_more_there_are() {
+        let told = |most| first_few(["a", "b", "c"].iter(), most, ", ");
+        assert_eq!(told(3), "a, b, c");
+        assert_eq!(told(2), "a, b and 1 more");
+    }
+
+    #[test]
     fn decimals_lose_idle_zeros_and_the_minus_of_nothing() {
         let words: Vec<String> = [1.0, 0.5, -0.001, -2.25, 10.0].map(decimal).into();
         assert_eq!(words, ["1", "0.5", "0", "-2.25", "10"]);
