@@ -5,7 +5,6 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use crate::air::GRAVITY_MPS2;
 use crate::discs::DiscPoints;
-use crate::jet::Jet;
 
 /// Width factors that are accepted. Chosen here: cant changes the width of the paper's two canted
 /// drones "slightly" (0.9 and 1.15 below), and half or double the width would no longer be the same
@@ -24,6 +23,11 @@ pub struct Airframe {
     motor_distance_m: f64,
     width_factor: f64,
 }
+
+/// An airframe that no preset has, by its name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no airframe is called `{0}`; known are {known}", known = Airframe::PRESETS.join(", "))]
+pub struct NoSuchAirframe(pub String);
 
 /// Why numbers do not make an airframe.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -171,6 +175,14 @@ impl Airframe {
         })
     }
 
+    /// The same, with what to say where there is none.
+    ///
+    /// # Errors
+    /// No preset has that name.
+    pub fn named(name: &str) -> Result<Airframe, NoSuchAirframe> {
+        Airframe::preset(name).ok_or_else(|| NoSuchAirframe(name.to_owned()))
+    }
+
     /// What messages call it.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -253,19 +265,6 @@ impl Airframe {
     #[must_use]
     pub fn hover_power_w(&self, mass_kg: f64, density_kg_per_m3: f64) -> f64 {
         mass_kg * GRAVITY_MPS2 * self.hover_induced_velocity_mps(mass_kg, density_kg_per_m3)
-    }
-
-    /// Momentum flux `κ` of the fitted jet over the thrust. Not 1, because the fit scales with `l`
-    /// and the thrust with `d`: 0.62 (Kolibri) to 1.13 (Elios 3), though a jet in still air cannot
-    /// carry more than its thrust.
-    ///
-    /// ```text
-    /// κ = K / (2 π (d/l)²) for four propellers;   K of Jet::momentum
-    /// ```
-    #[must_use]
-    pub fn momentum_over_thrust(&self, jet: &Jet) -> f64 {
-        let thrust_over_rho_u2 = 2.0 * self.disc_area_m2(); // T = 2 ρ A U_H²
-        jet.momentum() * self.motor_distance_m * self.motor_distance_m / thrust_over_rho_u2
     }
 
     /// Hub of rotor `k` as an offset (x, y) from the centre (m). A single rotor sits on the centre.

@@ -110,20 +110,13 @@ impl FarField {
         Some(self.level(depth_m).axial_speed_mps(radius_m * radius_m))
     }
 
-    /// Mean radial speed (m/s), outwards, from continuity: outwards near the axis, inwards
-    /// (entrainment) beyond ξ = 1/√a = 1.5538, where it tends to `-U_C q S/(2 a ξ)`.
+    /// Mean radial speed over the radius, `V/r` (1/s), finite on the axis: from continuity,
+    /// outwards near the axis, inwards (entrainment) beyond ξ = 1/√a = 1.5538, where `V` tends to
+    /// `-U_C q S/(2 a ξ)`. Also upstream of 2.5 l, for the merging near field.
     ///
     /// ```text
     /// V/U_C = q S ξ (1 - a ξ²) / (2 (1 + a ξ²)²)         (Pope, Turbulent Flows, 2000, section 5.2)
     /// ```
-    #[must_use]
-    pub fn radial_speed_mps(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
-        self.sigma_m(depth_m)?;
-        Some(radius_m * self.radial_speed_over_radius_per_s(depth_m, radius_m * radius_m))
-    }
-
-    /// `V/r` (1/s), which is finite on the axis. Also upstream of 2.5 l, for the merging near
-    /// field.
     pub(crate) fn radial_speed_over_radius_per_s(&self, depth_m: f64, radius2_m2: f64) -> f64 {
         let sigma_m = depth_m + self.origin_above_m;
         let x = self.steepness * radius2_m2 / (sigma_m * sigma_m); // a ξ²
@@ -200,17 +193,6 @@ impl FarField {
         let square_m2 = 2.0 * convection * self.carried_m2_per_s * time_s.max(0.0);
         // Without the difference of two nearly equal roots.
         square_m2 / ((origin_m * origin_m + square_m2).sqrt() + origin_m)
-    }
-
-    /// Mean axial speed (m/s) over a level disc centred on the axis, exact.
-    ///
-    /// ```text
-    /// ⟨U⟩ = U_C / (1 + a (R/r_half)²)
-    /// ```
-    #[must_use]
-    pub fn disc_mean_mps(&self, depth_m: f64, disc_radius_m: f64) -> Option<f64> {
-        self.sigma_m(depth_m)?;
-        Some(2.0 * self.stream_over_radius2_mps(depth_m, disc_radius_m * disc_radius_m))
     }
 
     /// Radius (m) within which the speed exceeds `speed_mps`: the iso-speed volume. `None` where

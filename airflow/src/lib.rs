@@ -27,10 +27,10 @@
 //! | U_C | [`FarField::centreline_mps`] | m/s | U_C/U_H = B/(s/l - s₀) |
 //! | ξ | r/r_half | 1 | |
 //! | ⟨U⟩ | [`FarField::axial_speed_mps`], [`Wake::axial_speed_mps`] | m/s | ⟨U⟩ = U_C/(1 + (√2 - 1) ξ²)² |
-//! | V | [`FarField::radial_speed_mps`], in [`Wake::velocity_mps`] | m/s | from continuity |
+//! | V | in [`Wake::velocity_mps`] | m/s | from continuity |
 //! | U_D | [`mean_over_discs_mps`] | m/s | the air that a receiver meets |
 //! | α | air met over the receiver's U_H | 1 | α = U_D/U_H |
-//! | U_H' | [`power::induced_velocity_in_downwash_mps`] | m/s | U_H' = U_D/2 + √((U_D/2)² + U_H²) |
+//! | U_H' | U_H times [`power::beta`] | m/s | U_H' = U_D/2 + √((U_D/2)² + U_H²) |
 //! | β | [`power::beta`] | 1 | β = P'/P = α/2 + √(α² + 4)/2 |
 //! | q (ours) | [`Airframe::width_factor`] | 1 | r_half → q r_half, U_C → U_C/q |
 //! | ∫ ⟨U⟩ dt (ours) | [`FarField::dose_m`] | m | closed form along any straight path |
@@ -114,7 +114,7 @@ mod wake;
 mod wall_jet;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};
-pub use airframe::{Airframe, AirframeError, WIDTH_FACTOR_RANGE};
+pub use airframe::{Airframe, AirframeError, NoSuchAirframe, WIDTH_FACTOR_RANGE};
 pub use convection::{CONVECTION_FACTORS, Convection, NoConvection};
 pub use discs::DiscPoints;
 pub use far_field::FarField;

@@ -10,18 +10,6 @@ use crate::air::GRAVITY_MPS2;
 /// motor controller.
 pub const THROTTLE_EXPONENT: f64 = 0.5;
 
-/// Velocity `U_H'` (m/s) through a rotor that keeps its thrust in a downwash `u_d_mps`; `u_h_mps`
-/// is its value in still air.
-///
-/// ```text
-/// U_H' = U_D/2 + √( (U_D/2)² + U_H² )
-/// ```
-#[must_use]
-pub fn induced_velocity_in_downwash_mps(u_h_mps: f64, u_d_mps: f64) -> f64 {
-    let half = 0.5 * u_d_mps;
-    half + half.hypot(u_h_mps)
-}
-
 /// Power to keep the thrust in a downwash, over the power in still air: `β = P'/P`.
 ///
 /// ```text
@@ -94,9 +82,8 @@ mod tests {
     fn beta_is_the_ratio_of_induced_velocities() {
         for (u_h, u_d) in [(7.41, 10.2), (5.36, 0.0), (9.66, -2.0)] {
             // Rounding of values near 10.
-            assert!(
-                (induced_velocity_in_downwash_mps(u_h, u_d) / u_h - beta(u_d / u_h)).abs() < 1e-14
-            );
+            let in_downwash: f64 = 0.5 * u_d + f64::hypot(0.5 * u_d, u_h);
+            assert!((in_downwash / u_h - beta(u_d / u_h)).abs() < 1e-14);
         }
         assert_eq!(beta(0.0), 1.0);
     }

@@ -36,10 +36,9 @@ impl Air {
                 let new = Airframe::new(name, mass_kg, propellers, diameter_m, motors_m, width);
                 new.map_err(|error| PyValueError::new_err(format!("`{name}`: {error}")))?
             }
-            None => Airframe::preset(name).ok_or_else(|| {
-                let known = Airframe::PRESETS.join(", ");
-                PyValueError::new_err(format!("no airframe is called `{name}`; known are {known}"))
-            })?,
+            None => {
+                Airframe::named(name).map_err(|error| PyValueError::new_err(error.to_string()))?
+            }
         };
         let air = airflow::Air {
             temperature_c,

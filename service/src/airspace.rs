@@ -176,11 +176,6 @@ pub enum Record {
         /// Which, and what is left for it to do.
         offer: message::Offer,
     },
-    /// It is not any more.
-    Withdrawn {
-        /// Which.
-        drone: String,
-    },
     /// What was flown before a time is dropped.
     Forgot {
         /// When (s).

@@ -1,12 +1,14 @@
 //! `plan air AIRFRAME`: the air that a hovering drone makes.
 
-use airflow::{Air, Jet, Wake};
+use std::ops::RangeInclusive;
+
+use airflow::{Air, Airframe, Jet, Wake};
 use clap::Args;
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::commands::answers::Wanted;
-use crate::commands::separation::{above_0, airframe};
+use crate::commands::{ABOVE_0, number};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots::map::{self, Map};
@@ -22,16 +24,19 @@ const STEPS: usize = 200;
 /// (docs/formats.md, `convection`).
 const SLOWEST: f64 = 0.6;
 
+/// What can be asked for (m/s): slower air is that of any room.
+const BEARABLE_MPS: RangeInclusive<f64> = 0.01..=100.0;
+
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Airframe, by its preset's name
     #[arg(value_name = "AIRFRAME")]
     airframe: String,
     /// Mass with payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = number(ABOVE_0..=1e4, "kg"), allow_negative_numbers = true)]
     mass: Option<f64>,
     /// What a person or a sensor bears (m/s)
-    #[arg(long, value_name = "M/S", default_value_t = 1.0, value_parser = speed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S", default_value_t = 1.0, value_parser = number(BEARABLE_MPS, "m/s"), allow_negative_numbers = true)]
     less_than: f64,
     #[command(flatten)]
     wanted: Wanted,
@@ -84,7 +89,7 @@ struct Row {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let airframe = airframe(&arguments.airframe)?;
+    let airframe = Airframe::named(&arguments.airframe)?;
     let density_kg_per_m3 = Air::default().density_kg_per_m3();
     let mass_kg = arguments.mass.unwrap_or(airframe.mass_kg());
     let wake = Wake::new(&airframe, mass_kg, density_kg_per_m3, &Jet::default());
@@ -131,15 +136,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         .wanted
         .deliver((airframe.name(), &report), json, &found)?;
     Ok(Answer::Yes)
-}
-
-/// Slower air is that of any room.
-fn speed(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match (0.01..=100.0).contains(&value) {
-        true => Ok(value),
-        false => Err("must be from 0.01 to 100 m/s".to_owned()),
-    }
 }
 
 /// From which distance to the axis on the axial speed is below a limit (m/s), at a depth (m): by

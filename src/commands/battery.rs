@@ -4,7 +4,7 @@ use flight::Setup;
 use flight::battery::{Charge, of_plan};
 use planner::Plan;
 
-use crate::report::words::{each_once, joined};
+use crate::report::words::{each_once, first_few};
 
 /// From this share of a full battery on a drone is warned of, where no limit is given (%): chosen
 /// here, makers ask for a fifth to be left.
@@ -78,28 +78,14 @@ impl Batteries {
         if above.is_empty() {
             return None;
         }
-        let named = above.iter().take(NAME_UP_TO);
-        let named = named.map(|it| format!("`{}` {:.0} %", it.drone, it.percent.unwrap_or(0.0)));
-        let named = joined(named, ", ");
-        let more = match above.len().saturating_sub(NAME_UP_TO) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
+        let taken = |it: &&Charge| format!("`{}` {:.0} %", it.drone, it.percent.unwrap_or(0.0));
+        let named = first_few(above.iter().map(taken), NAME_UP_TO, ", ");
         let allowed = match self.limit_percent {
             Some(limit) => format!("{limit} % of a battery are allowed"),
             None => format!("more than {limit_percent} % of a full battery"),
         };
         Some(format!(
-            "{allowed}: {named}{more}, hovering and climbing alone; `plan fly` counts drag as well"
+            "{allowed}: {named}, hovering and climbing alone; `plan fly` counts drag as well"
         ))
-    }
-}
-
-/// A share of a battery from the command line (%).
-pub(super) fn percent(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match value > 0.0 && value <= 100.0 {
-        true => Ok(value),
-        false => Err("must lie above 0 and up to 100".to_owned()),
     }
 }

@@ -11,8 +11,8 @@ use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
 use viewer::View;
 
-use crate::commands::battery::{Batteries, percent};
-use crate::commands::{fly, plan};
+use crate::commands::battery::Batteries;
+use crate::commands::{ABOVE_0, fly, number, plan};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Refuse a plan in which a drone takes more of its full battery (%)
-    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    #[arg(long, value_name = "PERCENT", value_parser = number(ABOVE_0..=100.0, "%"))]
     battery: Option<f64>,
     /// Capacities of batteries and efficiencies of drives (RON; see docs/flight.md)
     #[arg(long, value_name = "SETUP.ron")]

@@ -16,7 +16,7 @@ use crate::io::failure::Failure;
 use crate::io::plans::Source;
 use crate::plots::curves;
 use crate::report::sections::{Part, Report};
-use crate::report::words::{count, shortest};
+use crate::report::words::{count, first_few, shortest};
 
 /// Drones that are listed: chosen here, those that differ most.
 const MOST_LISTED: usize = 15;
@@ -111,13 +111,9 @@ impl Differs {
         let of_drones = of_drones.into_iter().filter(|(_, names)| !names.is_empty());
         let mut lines: Vec<String> = of_drones
             .map(|(what, names)| {
-                let listed: Vec<String> = names.iter().take(MOST_LISTED).map(quoted).collect();
-                let more = match names.len().saturating_sub(MOST_LISTED) {
-                    0 => String::new(),
-                    more => format!(" and {more} more"),
-                };
+                let listed = first_few(names.iter().map(quoted), MOST_LISTED, ", ");
                 let drones = count(names.len(), "drone", "drones");
-                format!("{what}: {drones}, {}{more}", listed.join(", "))
+                format!("{what}: {drones}, {listed}")
             })
             .collect();
         if !self.place.is_empty() {

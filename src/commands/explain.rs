@@ -12,13 +12,14 @@ use planner::{Plan, World};
 use serde::Serialize;
 use viewer::Stop;
 
+use crate::commands::number;
 use crate::commands::plan::read_world;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files;
 use crate::io::plans::Source;
 use crate::report::sections::{Part, Report};
-use crate::report::words::place;
+use crate::report::words::{cell, first_few, place};
 
 /// What is escaped in a link's fragment: all but the unreserved characters of RFC 3986, section
 /// 2.3.
@@ -42,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME")]
     drone: String,
     /// When (s)
-    #[arg(long, value_name = "SECONDS", value_parser = time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.0..=1e9, "s"), allow_negative_numbers = true)]
     at: f64,
     /// Its scenario: tells dwells from waits
     #[arg(long, value_name = "SCENARIO.ron")]
@@ -89,14 +90,6 @@ struct Explained {
     /// The page at that moment, where one lies beside the plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     page: Option<String>,
-}
-
-fn time(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match (0.0..=1e9).contains(&value) {
-        true => Ok(value),
-        false => Err("must be from 0 to 1e9 s".to_owned()),
-    }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -185,12 +178,8 @@ fn world_of(plan: &Plan, path: &Path) -> Result<World, Failure> {
     let of_world: BTreeSet<&str> = world.drones.iter().map(|it| &it.name[..]).collect();
     let only = |one: &BTreeSet<&str>, other: &BTreeSet<&str>, of: &str| {
         let names: Vec<String> = one.difference(other).map(|it| format!("`{it}`")).collect();
-        let shown = names.iter().take(MOST_TOLD).cloned().collect::<Vec<_>>();
-        let more = match names.len().saturating_sub(MOST_TOLD) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let told = format!("only the {of} has {}{more}", shown.join(", "));
+        let shown = first_few(names.iter(), MOST_TOLD, ", ");
+        let told = format!("only the {of} has {shown}");
         (!names.is_empty()).then_some(told)
     };
     let differ = [
@@ -368,7 +357,7 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 format!("{until_s:.2}"),
                 format!("{:.2}", until_s - from_s),
                 (*what).to_owned(),
-                costs_s.map_or("-".to_owned(), |it| format!("{it:.2}")),
+                cell(*costs_s, 2),
             ]
         });
     let rows: Vec<Vec<String>> = rows.collect();

@@ -9,7 +9,7 @@ use planner::verify::examination::examine;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::commands::by_name;
+use crate::commands::{by_name, number};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell_error};
 use crate::io::files::{self, OutFolder};
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum)]
     frame: Option<FrameNames>,
     /// Setpoints: how many a second, 2 to 1000 [default: 20]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, value_name = "HZ", value_parser = number(RATES_HZ, "Hz"))]
     rate: Option<f64>,
     /// Setpoints: count from the world's (0, 0, 0), or from each drone's start, as each PX4 does
     /// [default: common]
@@ -246,14 +246,6 @@ fn text(manifest: &Manifest, files: usize) -> String {
         "  plan {}; each drone is `{}/NAME`\n",
         manifest.plan.id, manifest.plan.id
     )
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match RATES_HZ.contains(&value) {
-        true => Ok(value),
-        false => Err("must lie within 2 to 1000".to_owned()),
-    }
 }
 
 fn georeference(text: &str) -> Result<Georeference, String> {

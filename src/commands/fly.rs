@@ -14,6 +14,7 @@ use planner::plan::file::PlanFile;
 use serde::Serialize;
 use viewer::View;
 
+use crate::commands::number;
 use crate::commands::plan::{seconds, use_threads};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
@@ -56,10 +57,10 @@ pub(crate) struct Arguments {
     feed_forward: Vec<Known>,
     /// Speed of the air in wakes over that of the centreline, one or several, 0.05 to 1000
     /// [default: the plan's range, else 1 and 0.6]
-    #[arg(long, value_name = "K", value_delimiter = ',', value_parser = convection)]
+    #[arg(long, value_name = "K", value_delimiter = ',', value_parser = number(CONVECTION_FACTORS[0]..=CONVECTION_FACTORS[1], ""))]
     convection: Vec<f64>,
     /// Gusts of the jets over their centreline speed, 0 to 1; 0: none
-    #[arg(long, value_name = "INTENSITY", default_value_t = INTENSITY, value_parser = intensity, allow_negative_numbers = true)]
+    #[arg(long, value_name = "INTENSITY", default_value_t = INTENSITY, value_parser = number(0.0..=1.0, ""), allow_negative_numbers = true)]
     gusts: f64,
     /// Seed of the gusts
     #[arg(long, default_value_t = 0)]
@@ -267,23 +268,5 @@ fn unsaid(flown: &mut FlightReport, file: &PlanFile) {
                 drone.claimed_alpha = None;
             }
         }
-    }
-}
-
-/// A ratio from the command line.
-fn convection(text: &str) -> Result<f64, String> {
-    let [low, high] = CONVECTION_FACTORS;
-    within(text, low, high)
-}
-
-fn intensity(text: &str) -> Result<f64, String> {
-    within(text, 0.0, 1.0)
-}
-
-fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match (low..=high).contains(&value) {
-        true => Ok(value),
-        false => Err(format!("must lie within {low} to {high}")),
     }
 }

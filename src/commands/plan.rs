@@ -15,8 +15,8 @@ use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
 use viewer::{Bottlenecks, View};
 
-use crate::commands::battery::{Batteries, percent};
-use crate::commands::fly;
+use crate::commands::battery::Batteries;
+use crate::commands::{ABOVE_0, fly, number};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell, tell_error};
 use crate::io::files;
@@ -60,7 +60,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     no_page: bool,
     /// Refuse a plan in which a drone takes more of its full battery (%)
-    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    #[arg(long, value_name = "PERCENT", value_parser = number(ABOVE_0..=100.0, "%"))]
     battery: Option<f64>,
     /// Capacities of batteries and efficiencies of drives (RON; see docs/flight.md)
     #[arg(long, value_name = "SETUP.ron")]

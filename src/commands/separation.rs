@@ -1,12 +1,12 @@
 //! `plan separation A --under B`: how far one drone must stay from the wake of another.
 
-use airflow::separation::{Ellipsoid, Passage, Separation};
+use airflow::separation::{Ellipsoid, Met, Passage, Separation};
 use airflow::{Air, Airframe, Jet, Wake};
 use clap::Args;
 use serde::Serialize;
-use validation::hover_grid::set::NoSuchAirframe;
 
 use crate::commands::answers::Wanted;
+use crate::commands::{ABOVE_0, number};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots::map::{self, Map};
@@ -27,16 +27,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "UPPER")]
     under: String,
     /// Mass of the lower drone with its payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = number(ABOVE_0..=1e4, "kg"), allow_negative_numbers = true)]
     mass: Option<f64>,
     /// Mass of the upper drone with its payload [default: the airframe's]
-    #[arg(long, value_name = "KG", value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = number(ABOVE_0..=1e4, "kg"), allow_negative_numbers = true)]
     under_mass: Option<f64>,
     /// Highest mean air over the lower one's rotor discs, over its own induced velocity
-    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.3, value_parser = number(ABOVE_0..=1e4, ""), allow_negative_numbers = true)]
     limit: f64,
     /// Speed at which it passes below (m/s)
-    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = above_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S", default_value_t = 2.0, value_parser = number(ABOVE_0..=1e4, "m/s"), allow_negative_numbers = true)]
     speed: f64,
     #[command(flatten)]
     wanted: Wanted,
@@ -50,7 +50,7 @@ struct Found {
     /// Alpha.
     limit: f64,
     speed_mps: f64,
-    /// From here on straight below the limit is kept (m).
+    /// From here on straight below the limit is kept, off the column and body from body (m).
     below_m: f64,
     /// From here on beside it is kept at every depth, off the column and body from body (m).
     beside_m: f64,
@@ -60,7 +60,7 @@ struct Found {
     column: Column,
     /// Half-axes about the upper drone's centre; a planner that takes one ellipsoid a drone takes
     /// half of each for either.
-    ellipsoid: Axes,
+    ellipsoid: Ellipsoid,
     rows: Vec<Row>,
 }
 
@@ -77,47 +77,20 @@ struct Column {
     depth_m: f64,
 }
 
-#[derive(Serialize)]
-struct Axes {
-    beside_m: f64,
-    below_m: f64,
-}
-
 /// One depth.
 #[derive(Serialize)]
 struct Row {
     below_m: f64,
-    air_mps: f64,
-    alpha: f64,
-    /// Over that in still air.
-    power: f64,
+    #[serde(flatten)]
+    met: Met,
     /// From here on beside, at this depth, the limit is kept.
     beside_m: f64,
-    passing: Passing,
-}
-
-#[derive(Serialize)]
-struct Passing {
-    over_limit_s: f64,
-    dose_m: f64,
-    extra_energy_j: f64,
-}
-
-pub(super) fn above_0(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match value > 0.0 && value <= 1e4 {
-        true => Ok(value),
-        false => Err("must be above 0 and at most 10000".to_owned()),
-    }
-}
-
-pub(super) fn airframe(name: &str) -> Result<Airframe, Failure> {
-    Airframe::preset(name).ok_or_else(|| NoSuchAirframe(name.to_owned()).into())
+    passing: Passage,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let [lower, upper] = [&arguments.lower, &arguments.under].map(|it| airframe(it));
-    let (lower, upper) = (lower?, upper?);
+    let lower = Airframe::named(&arguments.lower)?;
+    let upper = Airframe::named(&arguments.under)?;
     let density_kg_per_m3 = Air::default().density_kg_per_m3();
     let lower_kg = arguments.mass.unwrap_or(lower.mass_kg());
     let upper_kg = arguments.under_mass.unwrap_or(upper.mass_kg());
@@ -125,36 +98,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let pair = Separation::new(&lower, lower_kg, density_kg_per_m3, wake);
     let limit = arguments.limit;
     let bodies_m = lower.tip_radius_m() + upper.tip_radius_m();
-    let below_m = pair.below_m(limit, 0.0);
     let (beside_m, beside_most_at_m) = pair.widest_m(limit);
     let column = Column {
         radius_m: pair.upper().column_radius_m(),
         depth_m: pair.upper().near_field_depth_m(),
     };
-    let Ellipsoid {
-        beside_m: a_m,
-        below_m: c_m,
-    } = pair.ellipsoid(limit, bodies_m);
     let row = |depth_l: f64| {
         let below_m = depth_l * upper.motor_distance_m();
-        let met = pair.met(below_m, 0.0);
-        let Passage {
-            over_limit_s,
-            dose_m,
-            extra_energy_j,
-            ..
-        } = pair.passage(below_m, arguments.speed, limit);
         Row {
             below_m,
-            air_mps: met.air_mps,
-            alpha: met.alpha,
-            power: met.power,
+            met: pair.met(below_m, 0.0),
             beside_m: pair.beside_m(limit, below_m),
-            passing: Passing {
-                over_limit_s,
-                dose_m,
-                extra_energy_j,
-            },
+            passing: pair.passage(below_m, arguments.speed, limit),
         }
     };
     let drone = |airframe: &Airframe, mass_kg: f64| Drone {
@@ -167,14 +122,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         upper: drone(&upper, upper_kg),
         limit,
         speed_mps: arguments.speed,
-        below_m,
+        below_m: pair.below_m(limit, 0.0).max(column.depth_m).max(bodies_m),
         beside_m: beside_m.max(column.radius_m).max(bodies_m),
         beside_most_at_m,
         column,
-        ellipsoid: Axes {
-            beside_m: a_m,
-            below_m: c_m,
-        },
+        ellipsoid: pair.ellipsoid(limit, bodies_m),
         rows: DEPTHS_L.map(row).into(),
     };
     let name = format!("{}-under-{}", lower.name(), upper.name());
@@ -202,24 +154,12 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
         ),
     );
     let Column { radius_m, depth_m } = found.column;
-    let straight = match found.below_m > depth_m {
-        true => format!(
-            "straight below: from {:.2} m down it meets no more than the limit",
-            found.below_m
-        ),
-        false => format!(
-            "straight below: the limit is kept from the end of the near-field column down, {depth_m:.2} m"
-        ),
-    };
     let answer = format!(
         "Keep a {} at least {:.2} m straight below a {}, or {:.2} m beside its axis at any depth; never in its near-field column.",
-        lower.airframe,
-        found.below_m.max(depth_m),
-        upper.airframe,
-        found.beside_m
+        lower.airframe, found.below_m, upper.airframe, found.beside_m
     );
     report.section("How far", vec![Part::line(answer), Part::List(vec![
-        straight,
+        format!("straight below: from {:.2} m down it meets no more, is below the near-field column, and no bodies touch", found.below_m),
         format!("beside: from {:.2} m on it meets no more at any depth and no bodies touch (the air asks for most at {:.2} m below)", found.beside_m, found.beside_most_at_m),
         format!("never in the near-field column, whatever the air: {radius_m:.2} m around the axis down to {depth_m:.2} m below"),
         format!(
@@ -229,11 +169,11 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
     ])]);
     let rows = found.rows.iter().map(|row| {
         let passing = &row.passing;
-        let extra = (row.power - 1.0) * 100.0;
+        let extra = (row.met.power - 1.0) * 100.0;
         [
             format!("{:.2}", row.below_m),
-            format!("{:.2}", row.air_mps),
-            format!("{:.3}", row.alpha),
+            format!("{:.2}", row.met.air_mps),
+            format!("{:.3}", row.met.alpha),
             format!("+{extra:.1} %"),
             format!("{:.2}", row.beside_m),
             format!("{:.2}", passing.over_limit_s),
@@ -251,7 +191,7 @@ fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
         )),
         Part::line("Mean flow in still air; gusts of about a quarter come on top, and the worst of all azimuths counts. The column's rule stands beside the air's."),
     ]);
-    let deep_m = 1.25 * found.below_m.max(found.ellipsoid.below_m).max(depth_m);
+    let deep_m = 1.25 * found.below_m.max(found.ellipsoid.below_m);
     let wide_m = 1.6 * found.beside_m.max(found.ellipsoid.beside_m);
     let rim = (0..=POINTS).map(|k| deep_m * (k as f64 + 0.02) / POINTS as f64);
     let rim: Vec<[f64; 2]> = rim

@@ -12,6 +12,7 @@ use planner::Plan;
 use tools::instances::Floor;
 
 use crate::commands::plan::use_threads;
+use crate::commands::{ABOVE_0, number};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files;
@@ -30,16 +31,16 @@ pub(crate) struct Arguments {
         value_parser = clap::value_parser!(u32).range(2..=5_000))]
     drones: u32,
     /// How long they live (minutes of the site's clock)
-    #[arg(long, default_value_t = 60.0, value_name = "MINUTES", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 60.0, value_name = "MINUTES", value_parser = number(ABOVE_0..=1e6, "min"), allow_negative_numbers = true)]
     minutes: f64,
     /// Changes in a second of the site's clock
-    #[arg(long, default_value_t = 10.0, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 10.0, value_name = "N", value_parser = number(ABOVE_0..=1e6, ""), allow_negative_numbers = true)]
     rate: f64,
     /// Time between two requests (s of the site's clock): what has changed until then is one
-    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number(ABOVE_0..=1e6, "s"), allow_negative_numbers = true)]
     interval: f64,
     /// Longest time that a patch may take (s); a change is to hold so long after it is asked for
-    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number(ABOVE_0..=1e6, "s"), allow_negative_numbers = true)]
     deadline: f64,
     /// Draws all of it
     #[arg(long, default_value_t = 1)]
@@ -64,14 +65,6 @@ enum Place {
     Hall,
     /// 80 x 60 x 8 m with 76 shelves
     Warehouse,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    match value > 0.0 && value < 1e6 {
-        true => Ok(value),
-        false => Err("must be above 0, and below a million".to_owned()),
-    }
 }
 
 /// Answers no where a patch was late, a plan not sound, memory not flat, or the flight met too much

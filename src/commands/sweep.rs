@@ -14,7 +14,7 @@ use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::plots::curves;
 use crate::report::sections::{Part, Report};
-use crate::report::words::{joined, shortest};
+use crate::report::words::{first_few, joined, shortest};
 
 /// Values of one sweep: chosen here, each is a whole plan.
 const MOST_VALUES: usize = 100;
@@ -149,13 +149,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     }
     if !wrong.is_empty() {
         let told = wrong.iter().map(|(what, values)| {
-            let shown = values.iter().take(MOST_SHOWN).map(f64::to_string);
-            let shown = shown.collect::<Vec<_>>().join(",");
-            let more = match values.len().saturating_sub(MOST_SHOWN) {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            format!("--set {section}.{key}={shown}{more}: {what}")
+            let shown = first_few(values.iter(), MOST_SHOWN, ",");
+            format!("--set {section}.{key}={shown}: {what}")
         });
         return Err(Failure::Inapplicable(told.collect()));
     }

@@ -4,6 +4,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use airflow::NoSuchAirframe;
 use diagnosis::calibrate::CalibrateError;
 use diagnosis::campaign::{CampaignError, lacking};
 use diagnosis::infer::diagnose::DiagnoseError;
@@ -12,7 +13,6 @@ use diagnosis::record::recording::Recording;
 use thiserror::Error;
 use tools::instances::InstanceError;
 use tools::table::joined;
-use validation::hover_grid::set::NoSuchAirframe;
 
 /// What keeps a command from answering.
 #[derive(Debug, Error)]

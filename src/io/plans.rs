@@ -14,7 +14,6 @@ use planner::scenario::{
     samples_as_plan,
 };
 use sha2::{Digest as _, Sha256};
-use validation::hover_grid::set::NoSuchAirframe;
 
 use super::failure::Failure;
 use super::files::{self, MOST_SCENARIO_BYTES};
@@ -299,9 +298,7 @@ impl Fleet {
 
     /// One preset for all.
     fn of_one(name: &str) -> Result<Fleet, Failure> {
-        if airflow::Airframe::preset(name).is_none() {
-            return Err(NoSuchAirframe(name.to_owned()).into());
-        }
+        airflow::Airframe::named(name)?;
         Ok(Fleet {
             text: format!("Fleet(airframe: \"{name}\")"),
             path: PathBuf::from("--airframe"),

@@ -5,7 +5,7 @@ use flight::paper::{Paper, Row};
 use flight::report::{Case, DroneFlight, Flight, FlightReport};
 
 use super::sections::{Figure, Part, Report};
-use super::words::{LIST_ALL_UP_TO, LIST_MOST, count, joined, shortest};
+use super::words::{LIST_ALL_UP_TO, LIST_MOST, cell, count, first_few, joined, shortest};
 
 /// How many are named in a line: chosen here.
 const NAME_UP_TO: usize = 8;
@@ -138,7 +138,7 @@ fn drones(flown: &FlightReport) -> Vec<Part> {
         vec![
             drone.name.clone(),
             format!("{:.3}{from}", worst.worst_alpha),
-            claimed.map_or("-".to_owned(), |it| format!("{it:.3}")),
+            cell(claimed, 3),
             shortest(drone.air_limit, 3),
             if over_s > 0.0 {
                 format!("{over_s:.2} s")
@@ -201,14 +201,7 @@ fn words(case: &Case) -> String {
 
 /// Names, not too many.
 fn named(names: &[&str]) -> String {
-    let shown = joined(
-        names.iter().take(NAME_UP_TO).map(|it| format!("`{it}`")),
-        ", ",
-    );
-    match names.len().saturating_sub(NAME_UP_TO) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
-    }
+    first_few(names.iter().map(|it| format!("`{it}`")), NAME_UP_TO, ", ")
 }
 
 /// Which drones are over a limit, which touch, which are in an obstacle, over all flights.

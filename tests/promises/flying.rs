@@ -155,8 +155,8 @@ fn broken_questions_are_told_and_answered_with_2() {
             "fly plan.json --vehicles range.ron",
             "thrust_to_weight is 0.4",
         ),
-        ("fly plan.json --convection 0", "must lie within"),
-        ("fly plan.json --gusts 2", "must lie within"),
+        ("fly plan.json --convection 0", "must be from"),
+        ("fly plan.json --gusts 2", "must be from"),
         ("fly plan.json --paper", "--paper"),
         ("fly", "PLAN.json"),
     ] {

@@ -8,7 +8,7 @@ use std::path::Path;
 use diagnosis::campaign::{CampaignOptions, diagnose_campaign};
 use diagnosis::infer::diagnose::diagnose;
 use diagnosis::infer::finding::Verdict;
-use diagnosis::record::read::{Campaign, read_flight, read_folder};
+use diagnosis::record::read::{Campaign, read_folder, read_log};
 use diagnosis::statistics::draws::Draws;
 use serde_json::{Value, json};
 use validation::is_sensor;
@@ -727,7 +727,7 @@ fn answer_of_flights(flights: &Flights) -> Answer {
     let mut first = None;
     for (k, log) in flights.logs.iter().enumerate() {
         let name = format!("flight-{k:02}");
-        match read_flight(&name, "flight.csv", log.text().as_bytes(), &campaign) {
+        match read_log(&name, "flight.csv", log.text().as_bytes(), &campaign) {
             Ok(recording) => read.push(recording),
             Err(problems) => first = first.or(Some(problems.to_string())),
         }
@@ -1117,7 +1117,7 @@ const LOG_SLIPS: &[LogSpoil] = &[
 #[test]
 fn slips_of_a_log_are_refused_with_what_they_look_like() {
     let campaign = Campaign::parse("c.ron", CAMPAIGN).unwrap();
-    let read = |table: &Table| read_flight("f", "f.csv", table.text().as_bytes(), &campaign);
+    let read = |table: &Table| read_log("f", "f.csv", table.text().as_bytes(), &campaign);
     if let Err(problems) = read(&log()) {
         panic!("{problems}");
     }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use airflow::Superposition;
 use diagnosis::forward::clock::{ClockKnown, ClockOffset};
 use diagnosis::forward::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
-use diagnosis::record::read::{Campaign, read_flight};
+use diagnosis::record::read::{Campaign, read_log};
 use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ fn read(path: &Path, campaign: &Campaign) -> Recording {
         .expect("gzip");
     let file = path.file_name().expect("a file").to_string_lossy();
     let name = file.trim_end_matches(".csv.gz");
-    read_flight(name, &file, &text, campaign).expect("a flight of this campaign")
+    read_log(name, &file, text.as_slice(), campaign).expect("a flight of this campaign")
 }
 
 fn flights(folder: &Path) -> Vec<Recording> {

@@ -97,6 +97,28 @@ fn a_separation_keeps_the_limit_and_its_table_is_the_model_s() {
 }
 
 #[test]
+fn bodies_do_not_touch_at_any_separation_that_is_told() {
+    let desk = tempfile::tempdir().unwrap();
+    let (lower, upper) = ("matrice-300", "crazyflie-2.1");
+    let tips_m = |name: &str| Airframe::preset(name).unwrap().tip_radius_m();
+    let bodies_m = tips_m(lower) + tips_m(upper);
+    let line = format!("separation {lower} --under {upper}");
+    let (_, told, _) = run(desk.path(), &line);
+    let held = format!("{bodies_m:.2} m");
+    for said in [
+        format!("at least {held} straight below"),
+        format!("straight below: from {held} down"),
+    ] {
+        assert!(told.contains(&said), "{told}");
+    }
+    let (_, told, _) = run(desk.path(), &format!("{line} --format json"));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    for key in ["below_m", "beside_m"] {
+        assert!(told[key].as_f64().unwrap() >= bodies_m, "{told}");
+    }
+}
+
+#[test]
 fn the_air_of_a_drone_is_quiet_where_it_is_said_to_be() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();

@@ -14,7 +14,6 @@ use diagnosis::record::recording::{
 use diagnosis::record::remark::RemarkKind;
 use diagnosis::record::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
 use diagnosis::record::track::ThrustSource;
-use diagnosis::thrust::free_flight::flown_n;
 use diagnosis::thrust::identify::{IdentifyError, Lag, Options, identify};
 use diagnosis::thrust::low_pass::LowPass;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
@@ -42,6 +41,19 @@ fn truth() -> ThrustMap {
         [0.1, 0.9],
     )
     .unwrap()
+}
+
+/// Thrust (N) by that map and its lag, from duty cycles and battery voltage.
+fn flown_n(track: &Track) -> Vec<f64> {
+    let (duty, battery_v) = (track.duty.as_ref(), track.battery_v.as_ref());
+    let rows = duty.unwrap().iter().zip(battery_v.unwrap());
+    let mut thrust_n: Vec<f64> = rows.map(|(&duty, &v)| truth().steady_n(duty, v)).collect();
+    for row in 1..thrust_n.len() {
+        let step_s = track.t_s[row] - track.t_s[row - 1];
+        let share = 1.0 - (-step_s / LAG_S).exp();
+        thrust_n[row] = thrust_n[row - 1] + share * (thrust_n[row] - thrust_n[row - 1]);
+    }
+    thrust_n
 }
 
 /// Numbers between -1 and 1 that look like noise, the same in every run.
@@ -92,7 +104,7 @@ fn drone(
     (track.duty, track.battery_v) = (Some(duties), Some(batteries_v));
     let hover_mps =
         airframe.hover_induced_velocity_mps(airframe.mass_kg(), AIR.density_kg_per_m3());
-    let thrust_n = flown_n(&truth(), &track).unwrap();
+    let thrust_n = flown_n(&track);
     let felt = |(row, thrust_n): (usize, &f64)| {
         let alpha = air_mps(track.t_s[row]) / hover_mps;
         let left = airflow::power::thrust_ratio_at_constant_power(alpha);
@@ -257,7 +269,7 @@ fn the_force_of_a_flight_that_obeys_the_model_is_predicted_and_the_disc_mean_bea
 fn told_otherwise(mut flight: Recording, source: ThrustSource) -> Recording {
     for vehicle in &mut flight.vehicles {
         let track = &mut vehicle.track;
-        let thrust_n = flown_n(&truth(), track).unwrap();
+        let thrust_n = flown_n(track);
         (track.duty, track.battery_v) = (None, None);
         match source {
             ThrustSource::RotorSpeed => {

@@ -44,7 +44,7 @@ fn flights(set: &str, campaign_file: &str) -> Vec<Recording> {
                 .read_to_end(&mut bytes)
                 .unwrap();
             let name = path.file_name().unwrap().to_str().unwrap();
-            read::read_flight(name, name, &bytes, &campaign)
+            read::read_log(name, name, bytes.as_slice(), &campaign)
                 .unwrap_or_else(|problems| panic!("{problems}"))
         })
         .collect()

@@ -4,7 +4,7 @@
 use airflow::power::thrust_ratio_at_constant_power;
 use airflow::{Airframe, Jet, Wake};
 use diagnosis::campaign::{CampaignFinding, CampaignOptions, diagnose_campaign};
-use diagnosis::record::read::{Campaign, read_flight};
+use diagnosis::record::read::{Campaign, read_log};
 use diagnosis::record::recording::Recording;
 use diagnosis::statistics::draws::Draws;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -160,7 +160,7 @@ fn flights(first_seed: u64, lean: f64) -> Vec<Recording> {
     let seeds = first_seed..first_seed + FLIGHTS;
     let read = |seed: u64| {
         let name = format!("flight-{seed:03}");
-        read_flight(&name, "flight.csv", log(seed, lean).as_bytes(), &campaign)
+        read_log(&name, "flight.csv", log(seed, lean).as_bytes(), &campaign)
     };
     let flights = seeds.map(|seed| read(seed).unwrap_or_else(|problems| panic!("{problems}")));
     flights.collect()

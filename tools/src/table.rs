@@ -72,6 +72,12 @@ pub fn figures(value: f64) -> String {
     }
 }
 
+/// To so many decimals, or a dash.
+#[must_use]
+pub fn cell(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+}
+
 /// Words with the same between each two.
 #[must_use]
 pub fn joined<T: ToString>(words: impl IntoIterator<Item = T>, between: &str) -> String {

@@ -69,8 +69,6 @@ pub(super) enum Flight {
 
 /// Height of the probe above the floor (m).
 const PROBE_Z_M: f64 = 3.0;
-/// Sway of a hovering drone (m), standard deviation per axis.
-const SWAY_M: f64 = 0.003;
 
 pub(super) fn scene(flight: Flight, size: Size, random: &mut Draws) -> Scene {
     let small = [KOLIBRI, OFFBOARD_1, OFFBOARD_2][random.index(3)];
@@ -181,7 +179,7 @@ fn hover_point(drone: &Drone, depths: [f64; 2], wide: f64, random: &mut Draws) -
 
 fn grid(drone: Drone, points: usize, depths: [f64; 2], wide: f64, random: &mut Draws) -> Scene {
     let mut scene = day(random);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     for _ in 0..points {
         route.go(hover_point(&drone, depths, wide, random), 0.35);
         route.stay(random.between(5.0, 9.0));
@@ -192,7 +190,7 @@ fn grid(drone: Drone, points: usize, depths: [f64; 2], wide: f64, random: &mut D
 
 fn rare_near_grid(drone: Drone, random: &mut Draws) -> Scene {
     let mut scene = day(random);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     for point in 0..130 {
         if point % 32 == 16 {
             let depth_m = random.between(0.5, 1.1) * drone.motors_m;
@@ -213,7 +211,7 @@ fn rare_near_grid(drone: Drone, random: &mut Draws) -> Scene {
 /// The same points, each with its own heading.
 fn turned(mut scene: Scene, random: &mut Draws) -> Scene {
     let drone = scene.emitters[0].drone;
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     for _ in 0..120 {
         route.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
         route.turn(random.between(-PI, PI), [0.0; 2]);
@@ -225,7 +223,7 @@ fn turned(mut scene: Scene, random: &mut Draws) -> Scene {
 
 fn leaning(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     let lean_rad = size.of([2.0, 4.5, 9.0]).to_radians() * random.between(0.85, 1.15);
     let azimuth = random.between(0.0, TAU);
     for point in 0..120 {
@@ -244,7 +242,7 @@ fn shaken(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     scene.declares_convection = Some(1.0);
     scene.instrument.rate_hz = 10.0;
     scene.track_hz = 20.0;
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     while route.end_s() < 330.0 {
         route.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
         let most_mps2 = size.of([0.5, 1.0, 2.0]) * random.between(0.85, 1.15);
@@ -263,7 +261,7 @@ fn passes(drone: Drone, rate_hz: f64, speeds_mps: [f64; 2], random: &mut Draws) 
     let mut scene = day(random);
     scene.instrument.rate_hz = rate_hz;
     scene.track_hz = rate_hz;
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     let half_m = 5.1 * drone.motors_m;
     let most_s = if rate_hz > 5.0 { 330.0 } else { 500.0 };
     let [slow, fast] = speeds_mps.map(f64::ln);
@@ -306,7 +304,7 @@ fn sideways(drone: Drone, random: &mut Draws) -> Scene {
     let places_m = (0..probes).map(|probe| Vector3::new(aside_m(probe), 0.0, PROBE_Z_M));
     scene.probes = places_m.map(Probe::at).collect();
     let span_s = (READINGS / rate_hz / probes as f64).clamp(SPAN_S[0], SPAN_S[1]);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     while route.end_s() < span_s {
         let depth_m = random.between(2.7, 12.0) * drone.motors_m;
         let x_m = random.within(0.6 * probes as f64 * apart_m);
@@ -325,7 +323,7 @@ fn traverse(drone: Drone, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let rate_hz = rate_hz(&mut scene, [3.0, 25.0], random);
     let span_s = (READINGS / rate_hz).clamp(SPAN_S[0], SPAN_S[1]);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     while route.end_s() < span_s {
         let xi = (0.9 * random.normal()).abs().min(3.0);
         let aside_m = around(
@@ -346,8 +344,8 @@ fn carried(drone: Drone, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let rate_hz = rate_hz(&mut scene, [3.0, 25.0], random);
     let span_s = (READINGS / rate_hz).clamp(SPAN_S[0], SPAN_S[1]);
-    let mut above = Route::swaying(SWAY_M, random);
-    let mut below = Route::swaying(SWAY_M, random);
+    let mut above = Route::swaying(random);
+    let mut below = Route::swaying(random);
     let height_m = PROBE_Z_M + 14.0 * drone.motors_m;
     while below.end_s() < span_s {
         // The upper drone hovers at another place every now and then; the lower one crosses.
@@ -382,7 +380,7 @@ fn up_and_down(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.instrument.rate_hz = 10.0;
     scene.track_hz = 10.0;
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     let low_m = Vector3::z() * (PROBE_Z_M + 3.0 * drone.motors_m);
     let high_m = Vector3::z() * (PROBE_Z_M + 14.0 * drone.motors_m);
     while route.end_s() < 300.0 {
@@ -409,7 +407,7 @@ fn rake(size: Size, random: &mut Draws) -> Scene {
         .iter()
         .map(|z_m| Probe::at(Vector3::z() * *z_m))
         .collect();
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     let lowest = size.of([9.0, 4.0, 3.2]);
     let highest = size.of([16.0, 12.8, 8.0]);
     for _ in 0..100 {
@@ -448,7 +446,7 @@ fn row(random: &mut Draws) -> Scene {
         .iter()
         .map(|x_m| Probe::at(Vector3::new(*x_m, 0.0, PROBE_Z_M)))
         .collect();
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     for _ in 0..115 {
         let over_m = Vector3::x() * [-0.9, 0.0, 0.9][random.index(3)];
         route.go(over_m + hover_point(&drone, [2.6, 13.0], 1.0, random), 0.4);
@@ -461,10 +459,7 @@ fn row(random: &mut Draws) -> Scene {
 fn pair(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let drone = [OFFBOARD_1, OFFBOARD_2][random.index(2)];
-    let mut routes = [
-        Route::swaying(SWAY_M, random),
-        Route::swaying(SWAY_M, random),
-    ];
+    let mut routes = [Route::swaying(random), Route::swaying(random)];
     let mut places_m: [Vector3<f64>; 2] = [Vector3::zeros(); 2];
     for _ in 0..125 {
         let azimuth = random.between(0.0, TAU);
@@ -494,10 +489,7 @@ fn swap(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let away_m = Vector3::new(40.0, 40.0, 20.0);
     let drones = [KOLIBRI, [OFFBOARD_1, OFFBOARD_2][random.index(2)]];
-    let mut routes = [
-        Route::swaying(SWAY_M, random),
-        Route::swaying(SWAY_M, random),
-    ];
+    let mut routes = [Route::swaying(random), Route::swaying(random)];
     routes[1].go(away_m, 8.0);
     for _ in 0..65 {
         routes[0].go(hover_point(&drones[0], [2.6, 14.0], 1.0, random), 0.35);

@@ -44,11 +44,3 @@ pub struct NearFieldShape {
     /// [`crate::Wake`].
     pub shadow: f64,
 }
-
-impl NearFieldShape {
-    /// The whole near field as [`crate::Wake`] has it.
-    pub const FULL: NearFieldShape = NearFieldShape {
-        share: 1.0,
-        shadow: 0.5,
-    };
-}

@@ -431,7 +431,8 @@ where
 
 #[cfg(test)]
 mod tests {
-    use airflow::{FarField, Jet};
+    use airflow::{Airframe, Jet, Wake};
+    use nalgebra::Vector3;
 
     use super::*;
 
@@ -450,13 +451,17 @@ mod tests {
 
     #[test]
     fn a_reading_is_made_of_the_speeds_of_airflow() {
-        let l_m = 0.118;
-        let far = FarField::new(7.41, l_m, 1.0, &Jet::default());
+        let kolibri = Airframe::preset("kolibri").expect("a preset");
+        let wake = Wake::new(&kolibri, kolibri.mass_kg(), 1.2, &Jet::default());
+        let l_m = wake.motor_distance_m();
+        let operator = Operator {
+            induced_velocity_mps: wake.induced_velocity_mps(),
+            ..OPERATOR
+        };
         for (s, r) in PLACES {
-            let axial_mps = far.axial_speed_mps(s * l_m, r * l_m).expect("deep");
-            let radial_mps = far.radial_speed_mps(s * l_m, r * l_m).expect("deep");
-            let expected_mps = axial_mps.hypot(radial_mps).hypot(0.09);
-            let found_mps = OPERATOR.predict(&constants(), s, r).reading_mps;
+            let air_mps = wake.velocity_mps(Vector3::new(r * l_m, 0.0, -s * l_m));
+            let expected_mps = air_mps.norm().hypot(0.09);
+            let found_mps = operator.predict(&constants(), s, r).reading_mps;
             assert!(
                 (found_mps - expected_mps).abs() < 1e-12,
                 "{found_mps} {expected_mps}"

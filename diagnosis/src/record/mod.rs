@@ -18,4 +18,4 @@ pub mod thrust_map;
 pub mod track;
 
 /// What a recording describes its air and its drones by.
-pub use airflow::{Air, Airframe, Superposition};
+pub use airflow::{Air, Airframe, NoSuchAirframe, Superposition};

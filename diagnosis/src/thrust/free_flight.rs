@@ -85,16 +85,9 @@ pub(crate) struct Trace<'a> {
     runs: Vec<std::ops::Range<usize>>,
 }
 
-/// Thrust (N) by a map at every entry of a track, lag and all; not a number where duty cycle or
-/// battery is not, and the lag starts afresh after such a row or a gap. `None` without duty cycles
-/// or battery voltage.
-#[must_use]
-pub fn flown_n(map: &ThrustMap, track: &Track) -> Option<Vec<f64>> {
-    let (duty, battery_v) = (track.duty.as_ref()?, track.battery_v.as_ref()?);
-    Some(lagged_n(map, (duty, battery_v), track))
-}
-
-/// Thrust (N) of what stands for duty cycle and battery voltage.
+/// Thrust (N) by a map, lag and all, at every entry of a track, from what stands for its duty cycle
+/// and battery voltage; not a number where one of them is not, and the lag starts afresh after such
+/// a row or a gap.
 fn lagged_n(map: &ThrustMap, (duty, battery_v): (&[[f64; 4]], &[f64]), track: &Track) -> Vec<f64> {
     let steady_n = |(&duty, &v): (&[f64; 4], &f64)| map.steady_n(duty, v);
     let mut thrust_n: Vec<f64> = duty.iter().zip(battery_v).map(steady_n).collect();
@@ -331,19 +324,15 @@ mod tests {
     fn the_lag_starts_afresh_after_a_gap() {
         let track = Track {
             t_s: vec![0.0, 0.02, 1.0, 1.02],
-            duty: Some(vec![[0.2; 4], [0.5; 4], [0.8; 4], [0.8; 4]]),
-            battery_v: Some(vec![4.2; 4]),
             longest_step_s: 0.05,
             ..Track::default()
         };
         let map = ThrustMap::new(vec![(Term::new(1, 1), 0.1)], 4.2, 0.05, [0.1, 0.9]);
         let map = map.expect("valid");
-        let thrust_n = flown_n(&map, &track).expect("duty and battery");
+        let duty = [[0.2; 4], [0.5; 4], [0.8; 4], [0.8; 4]];
+        let thrust_n = lagged_n(&map, (&duty, &[4.2; 4]), &track);
         assert!(thrust_n[1] < map.steady_n([0.5; 4], 4.2));
         assert_eq!(thrust_n[2], map.steady_n([0.8; 4], 4.2));
-        assert_eq!(
-            map.rows_outside(track.duty.as_deref().unwrap_or_default()),
-            0
-        );
+        assert_eq!(map.rows_outside(&duty), 0);
     }
 }

@@ -130,7 +130,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     searched
 }
 
-/// What the costmap has against a path that was not thought of.
+/// What the costmap has against a path that the search did not know of.
 #[derive(Default)]
 struct Objections {
     /// All of it.

@@ -316,16 +316,6 @@ impl Area {
         self.offered.contains_key(drone)
     }
 
-    /// Takes an offer back; what was agreed to by then may still be flown.
-    pub fn withdraw(&mut self, drone: &str) {
-        if self.offered.remove(drone).is_some() {
-            self.records.push(Record::Withdrawn {
-                drone: drone.to_owned(),
-            });
-            self.told_s = f64::NEG_INFINITY;
-        }
-    }
-
     /// What has to be done as time goes by: proposals that were not agreed to in time are dropped,
     /// neighbours are told of the border, offers are taken.
     pub fn tick(&mut self, now_s: f64) {
@@ -453,9 +443,6 @@ impl Area {
             }
             Record::Offered { to, offer } => {
                 self.offered.insert(offer.drone.clone(), (to, offer));
-            }
-            Record::Withdrawn { drone } => {
-                self.offered.remove(&drone);
             }
             Record::Forgot { before_s } => self.running.forget(before_s),
         }

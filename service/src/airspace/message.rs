@@ -60,7 +60,7 @@ pub struct Border {
     /// What comes near the receiver's world, or was taken from it.
     pub drones: Vec<DronePlan>,
     /// Drones that hover, or will, in the strip that both worlds share, for the receiver to take:
-    /// all of them, until they are taken or withdrawn.
+    /// all of them, until they are taken.
     pub offers: Vec<Offer>,
 }
 

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use diagnosis::statistics::quantile::nearest_rank;
 use flight::report::Flight;
 use serde_json::{Value, json};
 use service::message::Patch;
@@ -121,11 +122,9 @@ impl Tally {
     }
 
     fn quantile_s(&self, share: f64) -> f64 {
-        let mut took = self.took.clone();
-        took.sort_unstable();
-        let last = took.len().saturating_sub(1);
-        let index = (share * last as f64).round() as usize;
-        took.get(index).map_or(0.0, Duration::as_secs_f64)
+        let mut took_s: Vec<f64> = self.took.iter().map(Duration::as_secs_f64).collect();
+        took_s.sort_unstable_by(f64::total_cmp);
+        nearest_rank(&took_s, share).unwrap_or(0.0)
     }
 
     fn is_flat(&self) -> bool {

@@ -13,6 +13,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use diagnosis::statistics::quantile::quantile;
 use planner::plan::file;
 use planner::{World, read_world, verify};
 use serde::Serialize;
@@ -22,7 +23,7 @@ use super::instance::Instance;
 use super::row::Row;
 use super::suite::Suite;
 use crate::instances::{Grid, movingai};
-use crate::table::{Table, joined};
+use crate::table::{Table, cell, joined};
 
 /// Time for one instance where none is named, chosen here: their papers allow 30 s and a minute.
 const TIME_LIMIT: Duration = Duration::from_secs(60);
@@ -344,8 +345,8 @@ pub fn text(own: &[Row], peers: &[[PeerRow; 2]]) -> String {
             "this one",
             [
                 format!("{planned} of {}", row.runs.len()),
-                shown(row.planning_time_s(), 2),
-                shown(ratio, 3),
+                cell(row.planning_time_s(), 2),
+                cell(ratio, 3),
                 violations.to_string(),
             ],
         ));
@@ -363,18 +364,13 @@ fn line(place: &[String; 2], planner: &str, figures: [String; 4]) -> Vec<String>
     names.chain(figures).collect()
 }
 
-fn shown(value: Option<f64>, digits: usize) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.digits$}"))
-}
-
 impl PeerRow {
     fn line(&self, place: &[String; 2]) -> Vec<String> {
         let solved: Vec<&PeerFigures> = self.runs.iter().flatten().collect();
         let median = |of: &dyn Fn(&PeerFigures) -> f64| {
             let mut values: Vec<f64> = solved.iter().map(|it| of(it)).collect();
             values.sort_unstable_by(f64::total_cmp);
-            let upper = *values.get(values.len() / 2)?;
-            Some((values[(values.len() - 1) / 2] + upper) / 2.0)
+            quantile(&values, 0.5)
         };
         let mut why: Vec<&str> = self
             .runs
@@ -406,8 +402,8 @@ impl PeerRow {
             self.peer.name(),
             [
                 answer,
-                shown(median(&|it| it.time_s), 2),
-                shown(median(&PeerFigures::suboptimality), 3),
+                cell(median(&|it| it.time_s), 2),
+                cell(median(&PeerFigures::suboptimality), 3),
                 violations,
             ],
         )

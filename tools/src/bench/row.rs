@@ -1,5 +1,6 @@
 //! One line of the table: instances that differ in their seed alone.
 
+use diagnosis::statistics::quantile::quantile;
 use serde::Serialize;
 
 use super::instance::Figures;
@@ -137,8 +138,6 @@ impl Row {
         let planned = planned.filter(|figures| figures.has_plan());
         let mut values: Vec<f64> = planned.filter_map(of).collect();
         values.sort_unstable_by(f64::total_cmp);
-        let upper = *values.get(values.len() / 2)?;
-        let lower = values[(values.len() - 1) / 2];
-        Some((lower + upper) / 2.0)
+        quantile(&values, 0.5)
     }
 }

@@ -4,7 +4,7 @@ use super::growth::{FEWEST_ROWS, Growth, Line, growth};
 use super::instance::Figures;
 use super::machine::Machine;
 use super::row::Row;
-use crate::table::{Table, count, joined};
+use crate::table::{Table, cell, count, joined};
 
 /// Growth is stated for so many drones: a number that one can picture.
 const PER_DRONES: f64 = 100.0;
@@ -27,14 +27,11 @@ fn table(rows: &[Row]) -> Table {
 }
 
 fn cells(row: &Row) -> Vec<String> {
-    let shown = |value: Option<f64>, digits: usize| {
-        value.map_or("-".to_owned(), |value| format!("{value:.digits$}"))
-    };
     let time = |value: Option<f64>| match value {
-        Some(10.0..) => shown(value, 1),
-        _ => shown(value, 3),
+        Some(10.0..) => cell(value, 1),
+        _ => cell(value, 3),
     };
-    let number = |of: fn(&Figures) -> u64| shown(row.median(|run| Some(of(run) as f64)), 0);
+    let number = |of: fn(&Figures) -> u64| cell(row.median(|run| Some(of(run) as f64)), 0);
     let percent = row.median(|run| ratio(100.0 * run.extra_energy_j, run.hover_energy_j));
     let over = |run: &Figures| run.over_limit_ignoring_downwash.map(|over| over as f64);
     vec![
@@ -48,14 +45,14 @@ fn cells(row: &Row) -> Vec<String> {
         number(|run| run.searches),
         number(|run| run.evictions),
         number(|run| run.steps_together),
-        shown(
+        cell(
             row.median(|run| ratio(run.sum_of_arrivals_s, run.sum_alone_s)),
             4,
         ),
-        shown(row.median(|run| Some(run.extra_energy_j)), 0),
+        cell(row.median(|run| Some(run.extra_energy_j)), 0),
         percent.map_or("-".to_owned(), |percent| format!("+{percent:.2} %")),
-        shown(row.median(over), 0),
-        shown(row.peak_memory_mib(), 0),
+        cell(row.median(over), 0),
+        cell(row.peak_memory_mib(), 0),
     ]
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{SWAY_M, day, emitter};
+use super::{day, emitter};
 use crate::scene::{Receiver, Scene};
 use crate::truth::Size;
 use crate::world::{Answer, Drone, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, Route};
@@ -28,9 +28,9 @@ fn receiver(drone: Drone, route: Route, random: &mut Draws) -> Receiver {
 
 pub(super) fn under(random: &mut Draws) -> Scene {
     let mut scene = throttle_day(random);
-    let mut above = Route::swaying(SWAY_M, random);
+    let mut above = Route::swaying(random);
     above.go(Vector3::z() * 4.0, 1.0);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     for _ in 0..45 {
         let (y_m, z_m) = (0.35 * random.normal(), random.between(1.0, 3.2));
         let side = random.sign();
@@ -52,9 +52,9 @@ pub(super) fn to_surface(up: bool, size: Size, random: &mut Draws) -> Scene {
     let nearest_m = size.of([3.0, 1.8, 1.0]) * radius_m;
     scene.ceiling_z_m = up.then_some(5.0);
     // Another drone hovers far away: a recording without any wake would be another kind.
-    let mut above = Route::swaying(SWAY_M, random);
+    let mut above = Route::swaying(random);
     above.go(Vector3::new(0.0, 0.0, 4.5), 1.0);
-    let mut route = Route::swaying(SWAY_M, random);
+    let mut route = Route::swaying(random);
     for step in 0..70 {
         let gap_m = nearest_m * random.between(0.0, 3.0).exp();
         let z_m = if up {

@@ -6,7 +6,7 @@ pub mod set;
 mod true_jet;
 
 use diagnosis::record::recording::Recording;
-use diagnosis::record::{Air, Airframe};
+use diagnosis::record::{Air, Airframe, NoSuchAirframe};
 use nalgebra::Point3;
 
 pub use true_jet::{TrueJet, TrueProfile};
@@ -70,10 +70,12 @@ const MOST_DEPTH_SMALL_M: f64 = 3.0;
 impl HoverGrid {
     /// The paper's kind of flight for one of its drones: seven depths from 2.6 l to where its hall
     /// or its interest ends, thirteen offsets to 1.5 half-widths of the deepest; eight minutes at
-    /// one reading a second. `None`: no such drone.
-    #[must_use]
-    pub fn over_one_probe(airframe: &str) -> Option<HoverGrid> {
-        let airframe = Airframe::preset(airframe)?;
+    /// one reading a second.
+    ///
+    /// # Errors
+    /// No preset has that name.
+    pub fn over_one_probe(airframe: &str) -> Result<HoverGrid, NoSuchAirframe> {
+        let airframe = Airframe::named(airframe)?;
         let l_m = airframe.motor_distance_m();
         let most_m = if l_m > 0.5 {
             MOST_DEPTH_M
@@ -88,7 +90,7 @@ impl HoverGrid {
         let shallowest = 2.6_f64;
         let depths = (0..7).map(|i| shallowest * (deepest / shallowest).powf(f64::from(i) / 6.0));
         let widest = 1.5 * jet.spreading * (deepest - jet.origin);
-        Some(HoverGrid {
+        Ok(HoverGrid {
             airframe,
             jet,
             depths_over_l: depths.collect(),
@@ -112,14 +114,16 @@ impl HoverGrid {
 
     /// Profiles along the body's y axis from 0.4 to 2.4 motor distances: what the near field's
     /// lobes are measured on.
-    #[must_use]
-    pub fn near_field(airframe: &str) -> Option<HoverGrid> {
+    ///
+    /// # Errors
+    /// No preset has that name.
+    pub fn near_field(airframe: &str) -> Result<HoverGrid, NoSuchAirframe> {
         let mut grid = HoverGrid::over_one_probe(airframe)?;
         grid.along_body_y = true;
         grid.depths_over_l = (0..9).map(|i| 0.4 + 0.25 * f64::from(i)).collect();
         grid.offsets_over_l = (-10..=10).map(|i| 0.08 * f64::from(i)).collect();
         grid.jitter_m = 0.005;
-        Some(grid)
+        Ok(grid)
     }
 
     /// Flies it: the same seed gives the same recording, byte for byte.

@@ -1,5 +1,7 @@
 //! Flights of several drones over one probe, each as the folder of its recording.
 
+use diagnosis::record::NoSuchAirframe;
+
 use super::HoverGrid;
 use crate::folder;
 
@@ -21,11 +23,6 @@ pub struct GridSet<'a> {
     pub seed: u64,
 }
 
-/// An airframe that no preset has, by its name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no airframe is called `{0}`; `plan schema` lists them")]
-pub struct NoSuchAirframe(pub String);
-
 impl GridSet<'_> {
     /// One folder a flight, named by drone and number, each with its files by name.
     ///
@@ -34,11 +31,10 @@ impl GridSet<'_> {
     pub fn folders(&self) -> Result<Vec<Folder>, NoSuchAirframe> {
         let mut grids = Vec::new();
         for (index, name) in (0_u64..).zip(self.airframes) {
-            let unknown = || NoSuchAirframe((*name).to_owned());
-            let grid = HoverGrid::over_one_probe(name).ok_or_else(unknown)?;
+            let grid = HoverGrid::over_one_probe(name)?;
             grids.push((2 * index, (*name).to_owned(), grid));
             if self.near_field {
-                let grid = HoverGrid::near_field(name).ok_or_else(unknown)?;
+                let grid = HoverGrid::near_field(name)?;
                 grids.push((2 * index + 1, format!("{name}-near"), grid));
             }
         }

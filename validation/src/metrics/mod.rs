@@ -15,14 +15,12 @@
 //! | rises, at bound | answers other than none | the held-out error rises; a parameter at its bound |
 //! | masked | one effect takes back the other, 25 and more | named |
 
-mod practice;
 mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-pub use practice::{PracticeError, practice};
 pub use table::Metric;
 
 use crate::answer::{Answer, Named};
@@ -137,9 +135,6 @@ pub struct Metrics {
     pub rises: Share,
     /// Answers with a parameter at its bound.
     pub at_bound: Share,
-    /// Longest time (s) for a recording of 3500 samples and more; `None`: there was none, or none
-    /// was measured.
-    pub slowest_s: Option<f64>,
     /// How often each truth got each answer.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Every case, in order.
@@ -249,9 +244,6 @@ impl Metrics {
             .filter_map(|case| case.skill);
         let mut skills: Vec<f64> = skills.collect();
         skills.sort_by(f64::total_cmp);
-        let long = cases
-            .iter()
-            .filter(|case| case.samples >= LONG_SAMPLES && case.seconds > 0.0);
         let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
         for case in &cases {
             let row = confusion.entry(case.truth.clone()).or_default();
@@ -285,7 +277,6 @@ impl Metrics {
             masked: share(&masks, &named),
             rises: share(&detected, &|case| case.rises),
             at_bound: share(&detected, &|case| case.at_bound),
-            slowest_s: long.map(|case| case.seconds).max_by(f64::total_cmp),
             confusion,
             cases,
         }

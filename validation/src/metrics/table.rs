@@ -170,19 +170,6 @@ impl Metrics {
         text
     }
 
-    /// One line for the time of long recordings.
-    #[must_use]
-    pub fn time_line(&self) -> String {
-        let goal = Goal::AtMost(5.0);
-        match self.slowest_s {
-            None => "time of a long recording: not measured\n".to_owned(),
-            Some(seconds) => {
-                let met = if goal.is_met(seconds) { "" } else { "  missed" };
-                format!("time of a long recording: {seconds:.1} s  {goal}{met}\n")
-            }
-        }
-    }
-
     /// Truth by truth what was answered how often, the most frequent first.
     #[must_use]
     pub fn confusion_table(&self) -> String {

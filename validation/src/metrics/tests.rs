@@ -185,18 +185,3 @@ fn answering_nothing_leaves_all_of_the_error_and_finds_no_row() {
     );
     assert_eq!((assessed.skill, assessed.location), (Some(0.0), Some(0.0)));
 }
-
-#[test]
-fn a_truth_of_the_practice_set_is_read() {
-    let text = r#"{"family": "single_motion_mid", "seed": 11, "effects": [{"effect": "motion", "amp": "mid", "params": {"kc": 0.5},
-        "accept": ["emitter_motion", "wake_transport", "transport_delay"]}], "equivalence_set": [], "region_sample_index": [1], "n_samples": 2,
-        "truth_clean": [0.0, 1.0], "baseline_clean": [0.0, 2.0], "noise_level": 0.08, "oracle_chi2": 30.0}"#;
-    let truth = practice(text, false).expect("it is complete");
-    assert_eq!(truth.label(), "wake_transport");
-    assert_eq!(truth.effects[0].parameters["m"], 2.0);
-    assert!(
-        (truth.noise[1] - 0.1).abs() < 1e-12,
-        "0.06 and 0.08 in quadrature"
-    );
-    assert!(practice("{}", false).is_err());
-}

@@ -7,6 +7,9 @@ use nalgebra::Vector3;
 use super::jet::GRAVITY;
 use diagnosis::statistics::draws::Draws;
 
+/// Sway of a hovering drone (m), standard deviation per axis.
+const SWAY_M: f64 = 0.003;
+
 /// One knot of a route.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot {
@@ -26,15 +29,15 @@ pub(crate) struct Route {
 }
 
 impl Route {
-    /// A route that sways by a standard deviation (m) on each axis.
-    pub(crate) fn swaying(sway_m: f64, random: &mut Draws) -> Route {
+    /// A route that sways as a hovering drone does.
+    pub(crate) fn swaying(random: &mut Draws) -> Route {
         let sways = [(); 3].map(|()| {
             [(); 3].map(|()| {
                 // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen
                 // here).
                 let rad_per_s = TAU * random.between(0.1, 0.3);
                 [
-                    sway_m * (2f64 / 3.0).sqrt(),
+                    SWAY_M * (2f64 / 3.0).sqrt(),
                     rad_per_s,
                     random.between(0.0, TAU),
                 ]

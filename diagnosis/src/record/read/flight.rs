@@ -14,24 +14,10 @@ use super::plausible;
 use super::samples::Samples;
 use super::table::{Rows, Table};
 use super::track::track;
-use crate::record::problem::{Problem, Problems};
+use crate::record::problem::Problem;
 use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
 use crate::record::remark::RemarkKind;
 use crate::record::track::ThrustSource;
-
-/// A recording from one table in CSV; `file` is what messages call it.
-///
-/// # Errors
-/// Everything that keeps it from being read, in the order of its lines.
-pub fn read_flight(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    campaign: &Campaign,
-) -> Result<Recording, Problems> {
-    let bytes = &mut &*bytes;
-    Found::recording(|found| flight(Log { name, file, bytes }, campaign, found))
-}
 
 /// A table in CSV. One with the Crazyflie's names needs no `columns`.
 pub(super) fn flight(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Option<Recording> {

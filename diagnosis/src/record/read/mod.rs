@@ -45,7 +45,6 @@ pub use campaign::{
 };
 pub use conventions::{Acceleration, Frame, Pitch, Turns};
 pub use declared::Declared;
-pub use flight::read_flight;
 pub use folder::{FOLDER_FILES, read_folder};
 pub use joined::{JoinedLog, read_joined};
 pub use log::{LOG_FILES, LOG_HEAD_BYTES, log_name, read_log};

@@ -80,7 +80,7 @@ mod tests {
         let asked = needed("cf7", "cf7.csv", log.as_bytes());
         let filled = asked.replace('?', "0.1");
         let campaign = Campaign::parse("c.ron", &filled).expect("in order");
-        let read = super::super::read_flight("cf7", "cf7.csv", log.as_bytes(), &campaign);
+        let read = super::super::read_log("cf7", "cf7.csv", log.as_bytes(), &campaign);
         let track = &read.expect("reads").vehicles[0].track;
         assert_eq!(track.t_s, [0.0, 0.02]);
         let up = track.specific_force_mps2.as_ref().expect("logged")[0].z;

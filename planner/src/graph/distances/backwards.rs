@@ -12,14 +12,14 @@ use crate::graph::scratch::ScratchBuffer;
 /// A search from the goal that can be resumed.
 #[derive(Debug, Default)]
 pub(crate) struct Backwards {
-    /// By what places nearer to where the drone comes from have their turn first.
+    /// By what places nearer to where the drone comes from are expanded first.
     pub(super) lead: Lead,
     /// Ticks known so far, twice one more than these, one more where they are exact; nothing where
     /// it is closed.
     known: ScratchBuffer,
     /// Places by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
-    /// The bucket whose places have their turn: no place still open has less.
+    /// The bucket whose places are expanded: no place still open has less.
     now: usize,
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct Floor<'a> {
     done: Vec<bool>,
     /// Columns by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
-    /// The bucket whose columns have their turn.
+    /// The bucket whose columns are expanded.
     now: usize,
 }
 

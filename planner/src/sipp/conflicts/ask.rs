@@ -20,7 +20,7 @@ const MOST_LOADS: u32 = 300;
 /// well look at the floor alone: chosen here.
 const WHOLE_SHARE: f64 = 0.8;
 
-/// A step that is thought of.
+/// A step that is generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct StepQuery {
     /// Class of who steps.

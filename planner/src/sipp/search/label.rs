@@ -1,4 +1,4 @@
-//! States of the search, and the order in which they have their turn.
+//! States of the search, and their order in the open list.
 
 use std::cmp::{Ordering, Reverse};
 
@@ -12,24 +12,24 @@ use crate::graph::turns::Heading;
 pub(super) enum Step {
     Start,
     Move,
-    /// The step of its parent, later: when is asked when its turn comes.
+    /// The step of its parent, later: when is asked when it is expanded.
     Later,
     Wait,
     Dwell,
     End,
 }
 
-/// Steps that have been thought of: up to a total, as it was reckoned then.
+/// Steps that have been generated: up to an f-value, as it was reckoned then.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PartialExpansion {
-    /// Highest total (ticks) whose steps are among the states.
+    /// Highest f-value (ticks) whose steps are among the states.
     pub(super) upto: u32,
-    /// By which that total was reckoned.
+    /// By which it was reckoned.
     pub(super) weight_shift: u32,
 }
 
 impl PartialExpansion {
-    /// Whether a step that costs so much has not been thought of.
+    /// Whether a step that costs so much has not been generated.
     pub(super) fn leaves_out(&self, cost: u32, remaining: u32) -> bool {
         weighted(cost, remaining, self.weight_shift) > self.upto
     }
@@ -67,15 +67,15 @@ pub(super) struct Label {
     pub(super) met: u32,
     /// The costmap has been asked about what leads here.
     pub(super) judged: bool,
-    /// Which of its steps have been thought of.
+    /// Which of its steps have been generated.
     pub(super) expanded: Option<PartialExpansion>,
 }
 
-/// Cheapest first; among equals what is known for good, then the nearest to the end, then the
-/// newest.
+/// An entry of the open list. Cheapest first; among equals what is known for good, then the nearest
+/// to the end, then the newest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Open {
-    /// What a path through it costs at least (ticks), what remains weighted.
+    /// The f-value: what a path through it costs at least (ticks), what remains weighted.
     pub(super) total: u32,
     /// Ticks to the end of the last dwell.
     pub(super) remaining: u32,

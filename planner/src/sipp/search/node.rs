@@ -63,7 +63,7 @@ pub(super) enum Haste {
     Any,
 }
 
-/// All places that a search has thought of.
+/// All places of the states that a search has generated.
 pub(super) struct Nodes<'a> {
     /// What is searched among.
     setting: Setting<'a>,
@@ -294,8 +294,7 @@ impl<'a> Nodes<'a> {
     fn reservations_at(&self, label: &Label) -> Option<(&'a ReservationTable<'a>, usize)> {
         let stay = (label.vertex, label.vertex);
         let reservations = self.setting.reservations?;
-        let known =
-            !label.grounded && reservations.knows(label.vertex) && !self.refuted.doubts(stay);
+        let known = !label.grounded && reservations.knows(label.vertex) && !self.refuted.has(stay);
         let kind = self.agent.kinds[usize::from(label.waypoint)];
         let class = known.then(|| reservations.class(self.agent.drone, kind))?;
         Some((reservations, class?))

@@ -20,8 +20,8 @@ const FINEST_TICKS: u32 = 5;
 pub(crate) struct Refuted {
     /// By where from and where to, the drones in the way of departures between two moments.
     steps: FxHashMap<(Vertex, Vertex), Vec<Blocker>>,
-    /// Steps and stays that have to be judged in full.
-    doubted: FxHashSet<(Vertex, Vertex)>,
+    /// Refuted edges: steps and stays that have to be judged in full.
+    edges: FxHashSet<(Vertex, Vertex)>,
     /// Drones that bear no more at some time.
     full: Vec<DroneId>,
 }
@@ -34,7 +34,7 @@ impl Refuted {
         self.full.sort_unstable();
         self.full.dedup();
         if leg.stays() || against.breaks_zone.is_some() {
-            return self.doubted.insert(ends);
+            return self.edges.insert(ends);
         }
         let known = self.steps.entry(ends).or_default();
         let ticks = leg.end.0 - leg.start.0;
@@ -53,17 +53,17 @@ impl Refuted {
                 is_new = true;
             }
         }
-        is_new || self.doubted.insert(ends)
+        is_new || self.edges.insert(ends)
     }
 
     /// Whether there is nothing of the kind.
     pub(super) fn is_empty(&self) -> bool {
-        self.steps.is_empty() && self.doubted.is_empty() && self.full.is_empty()
+        self.steps.is_empty() && self.edges.is_empty() && self.full.is_empty()
     }
 
-    /// Whether a step or a stay has to be judged in full.
-    pub(super) fn doubts(&self, ends: (Vertex, Vertex)) -> bool {
-        self.doubted.contains(&ends)
+    /// Whether a step or a stay is a refuted edge, which has to be judged in full.
+    pub(super) fn has(&self, ends: (Vertex, Vertex)) -> bool {
+        self.edges.contains(&ends)
     }
 
     /// Drones that bear no more at some time.

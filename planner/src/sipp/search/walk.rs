@@ -1,7 +1,7 @@
-//! The search itself: states have their turn in order, and lead to steps, waits, dwells and the
-//! end.
+//! The search itself: states are expanded in the order of their f-values, which generates steps,
+//! waits, dwells and the end.
 //!
-//! What leads to a state is judged when its turn comes: in brief by the reservation table where it
+//! What leads to a state is judged when it is expanded: in brief by the reservation table where it
 //! knows of it, in full by the costmap. A state stands for all the time for which its place is free
 //! to hover at from then on. Its steps are tried for the first moment; one that is blocked then is
 //! tried again for when it may be free, and one that is not for when the place it leads to is free
@@ -65,7 +65,7 @@ pub(super) struct Search<'a> {
     refuted: Rc<Refuted>,
     /// Every state so far, by index; none is taken out.
     labels: Vec<Label>,
-    /// States that wait for their turn.
+    /// The open list: states to be expanded, or expanded further.
     open: BinaryHeap<Open>,
     /// What is known of places.
     pub(super) nodes: Nodes<'a>,
@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
             let Some(open) = self.open.pop() else {
                 return Some(Found::Blocked(self.obstruction));
             };
-            if let Some(found) = self.take_turn(open) {
+            if let Some(found) = self.expand_next(open) {
                 return Some(found);
             }
         }
@@ -173,12 +173,13 @@ impl<'a> Search<'a> {
         for open in std::mem::take(&mut self.open) {
             let label = self.labels[open.label as usize];
             let node = self.nodes.at(&label);
-            self.open.extend(self.turn_at(node, open.label, &label));
+            self.open
+                .extend(self.open_entry_at(node, open.label, &label));
         }
     }
 
-    /// Expands the state whose turn it is, or puts it back; the answer, if it is the end.
-    fn take_turn(&mut self, open: Open) -> Option<Found> {
+    /// Expands the first state of the open list, or puts it back; the answer, if it is the end.
+    fn expand_next(&mut self, open: Open) -> Option<Found> {
         let Open { label, total, .. } = open;
         let found = self.labels[label as usize];
         if found.expanded.is_some() {
@@ -192,9 +193,9 @@ impl<'a> Search<'a> {
         let node = self.nodes.at(&found);
         let (remaining, is_final) = self.nodes.look_on(node, &found);
         if remaining > open.remaining || !is_final {
-            // It was thought of by a bound.
-            let turn = self.turn(label, &found);
-            self.open.extend(turn);
+            // Its f-value was a bound.
+            let entry = self.open_entry(label, &found);
+            self.open.extend(entry);
             return None;
         }
         if self.nodes.is_reached(node, &found, &self.met) {
@@ -217,24 +218,24 @@ impl<'a> Search<'a> {
     /// Adds a state, if a path leads on from it.
     fn push(&mut self, label: Label) {
         let index = self.labels.len() as u32;
-        if let Some(open) = self.turn(index, &label) {
+        if let Some(open) = self.open_entry(index, &label) {
             self.labels.push(label);
             self.open.push(open);
         }
     }
 
-    /// When a state has its turn: by what a path through it costs at least. `None` if there is no
-    /// path, or no need to go there.
-    fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
+    /// The entry of a state in the open list. `None` if no path leads on, or there is no need to go
+    /// there.
+    fn open_entry(&mut self, index: u32, label: &Label) -> Option<Open> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {
             return None;
         }
-        self.turn_at(node, index, label)
+        self.open_entry_at(node, index, label)
     }
 
     /// The same whether there is need to go there or not.
-    fn turn_at(&self, node: usize, index: u32, label: &Label) -> Option<Open> {
+    fn open_entry_at(&self, node: usize, index: u32, label: &Label) -> Option<Open> {
         let cost = self.cost(node, label)?;
         let remaining = self.nodes.remaining(node);
         Some(Open {
@@ -330,9 +331,10 @@ impl<'a> Search<'a> {
         self.wait_for_stays(index);
     }
 
-    /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their
-    /// turn when it comes to them: mostly never (partial expansion: T. Yoshizumi, T. Miura, T.
-    /// Ishida, "A* with partial expansion for large branching factor problems", AAAI 2000).
+    /// Generates steps to neighbouring places that cost no more than this in all; the dearer ones
+    /// when the state is expanded by its next f-value: mostly never (partial expansion: T.
+    /// Yoshizumi, T. Miura, T. Ishida, "A* with partial expansion for large branching factor
+    /// problems", AAAI 2000).
     fn expand_partially(&mut self, index: u32, most: u32) {
         let label = self.labels[index as usize];
         let left = &self.agent.waypoints[usize::from(label.waypoint)..];
@@ -344,7 +346,7 @@ impl<'a> Search<'a> {
         }
         let roadmap = self.setting.roadmap;
         let mut next = u32::MAX;
-        // What was offered in less haste is offered whole.
+        // What was expanded by another weight is expanded whole.
         let known = label.expanded;
         let most = match known {
             Some(known) if known.weight_shift != self.weight_shift => u32::MAX,
@@ -573,10 +575,10 @@ impl<'a> Search<'a> {
         flown
     }
 
-    /// Judges what leads to a state when its turn comes, not when it is thought of: most never have
-    /// their turn. Thinks of the same later, too.
+    /// Judges what leads to a state when it is expanded, not when it is generated: most are never
+    /// expanded. Generates the same for a later moment, too.
     ///
-    /// `false` if it is forbidden, or dearer than thought: then it waits for its turn again.
+    /// `false` if it is forbidden, or dearer than its f-value: then it is back in the open list.
     fn is_confirmed(&mut self, index: u32) -> bool {
         let label = self.labels[index as usize];
         if label.judged {
@@ -623,8 +625,8 @@ impl<'a> Search<'a> {
         if settled.paid == label.paid && settled.met == label.met {
             return true;
         }
-        let turn = self.turn(index, &settled);
-        self.open.extend(turn);
+        let entry = self.open_entry(index, &settled);
+        self.open.extend(entry);
         false
     }
 
@@ -636,11 +638,11 @@ impl<'a> Search<'a> {
         let known = !from.grounded
             && reservations.knows(from.vertex)
             && reservations.knows(label.vertex)
-            && !self.refuted.doubts((from.vertex, label.vertex))
+            && !self.refuted.has((from.vertex, label.vertex))
             // What is forgiven depends on how a drone is in the way.
             && !self.agent.forgives_some(label.departs);
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
-        let known = known && !(self.changes(from, label) && self.is_in_doubt(from));
+        let known = known && !(self.changes(from, label) && self.came_by_refuted(from));
         let Some(class) = class.filter(|_| known) else {
             return Brief::Nothing;
         };
@@ -717,7 +719,7 @@ impl<'a> Search<'a> {
         };
         let known = [parent.vertex, label.vertex].map(|it| reservations.knows(it)) == [true; 2];
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
-        let is_step = known && label.step == Step::Move && !self.is_in_doubt(label);
+        let is_step = known && label.step == Step::Move && !self.came_by_refuted(label);
         let Some(class) = class.filter(|_| is_step) else {
             return true;
         };
@@ -735,11 +737,11 @@ impl<'a> Search<'a> {
         blockers.all(|it| self.met.has(label.met, it.drone))
     }
 
-    /// Whether the step that led to a state looked free in brief once and has to be judged in full.
-    fn is_in_doubt(&self, from: &Label) -> bool {
+    /// Whether the step that led to a state is a refuted edge, which has to be judged in full.
+    fn came_by_refuted(&self, from: &Label) -> bool {
         let before = self.labels.get(from.parent as usize);
         let step = before.map(|before| (before.vertex, from.vertex));
-        step.is_some_and(|step| step.0 != step.1 && self.refuted.doubts(step))
+        step.is_some_and(|step| step.0 != step.1 && self.refuted.has(step))
     }
 
     /// A label at the price that the verdict asks for; `None` if it is forbidden.
@@ -791,7 +793,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Thinks of what a label does, but from a later moment on.
+    /// Generates what a label does, but from a later moment on.
     fn postpone(&mut self, label: &Label, departs: Tick) {
         let Some(departs) = departs.0.checked_next_multiple_of(WAIT_GRID_TICKS) else {
             return;

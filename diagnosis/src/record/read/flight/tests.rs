@@ -1,5 +1,6 @@
 //! Small logs written here, sound and spoilt.
 
+use super::super::read_log;
 use super::*;
 use crate::record::remark::Remark;
 
@@ -36,11 +37,11 @@ fn log(changed: &[(usize, &str, &str)]) -> String {
 }
 
 fn read(text: &str) -> Recording {
-    read_flight("f", "f.csv", text.as_bytes(), &campaign(CAMPAIGN)).expect("in order")
+    read_log("f", "f.csv", text.as_bytes(), &campaign(CAMPAIGN)).expect("in order")
 }
 
 fn problems(text: &str, metadata: &str) -> Vec<String> {
-    let problems = read_flight("f", "f.csv", text.as_bytes(), &campaign(metadata));
+    let problems = read_log("f", "f.csv", text.as_bytes(), &campaign(metadata));
     let problems = problems.expect_err("is refused").0;
     problems.iter().map(ToString::to_string).collect()
 }
@@ -255,7 +256,7 @@ fn a_vehicle_that_never_flies_is_told_and_one_without_a_usable_row_is_an_error()
 fn unknown_vehicles_are_errors_that_name_the_known() {
     let text = format!("{}{}", log(&[]), row(0.0).replace(",a,", ",c,"));
     let problems =
-        read_flight("f", "f.csv", text.as_bytes(), &campaign(CAMPAIGN)).expect_err("is refused");
+        read_log("f", "f.csv", text.as_bytes(), &campaign(CAMPAIGN)).expect_err("is refused");
     assert_eq!(
         problems.0[0].to_string(),
         "f.csv:52: vehicle `c` is not in the metadata (1 rows)"
@@ -288,7 +289,7 @@ fn what_the_metadata_leave_open_is_an_error_or_said() {
         .replace("Stated(0.034)", "Assumed(0.034)")
         .replace("rotor_offset_m: Stated((0, 0, 0.01)),", "");
     let recording =
-        read_flight("f", "f.csv", log(&[]).as_bytes(), &campaign(&open)).expect("in order");
+        read_log("f", "f.csv", log(&[]).as_bytes(), &campaign(&open)).expect("in order");
     let said: Vec<&str> = recording
         .remarks
         .iter()
@@ -311,7 +312,7 @@ fn angles_in_degrees_that_say_radians_are_refused() {
         let row = |tick: u32| format!("{},0,0,1,{angles}\n", 0.02 * f64::from(tick));
         let rows: String = (0..50).map(row).collect();
         let text = format!("t_s,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad\n{rows}");
-        let read = read_flight("f", "f.csv", text.as_bytes(), &campaign(&metadata));
+        let read = read_log("f", "f.csv", text.as_bytes(), &campaign(&metadata));
         read.map(|_| String::new())
             .unwrap_or_else(|problems| problems.to_string())
     };
@@ -331,7 +332,7 @@ fn one_vehicle_needs_no_column_and_units_are_those_of_the_names() {
     );
     let text = "time,x_mm,y_mm,z_mm,ax_g,ay_g,az_g,roll_deg,yaw_deg\n0,0,0,1000,0,0,0.1,0,90\n20,0,0,1000,0,0,0.1,0,90\n";
     let recording =
-        read_flight("f", "f.csv", text.as_bytes(), &campaign(&metadata)).expect("in order");
+        read_log("f", "f.csv", text.as_bytes(), &campaign(&metadata)).expect("in order");
     let track = &recording.vehicles[0].track;
     assert_eq!(track.t_s, [0.0, 0.02]);
     assert!((track.position_m[0].z - 1.01).abs() < 1e-12);
@@ -352,7 +353,7 @@ fn a_published_thrust_map_is_taken_over_in_newtons() {
     let map = "thrust_map: (terms: [(thrust: GramForce(10)), (duty_power: 2, battery_power: 1, thrust: Newtons(0.2))], battery_reference_v: 4.2, lag_s: 0.04, duty_range: (0.12, 0.96)), touch_z_m";
     let metadata = CAMPAIGN.replace("touch_z_m", map);
     let recording =
-        read_flight("f", "f.csv", log(&[]).as_bytes(), &campaign(&metadata)).expect("in order");
+        read_log("f", "f.csv", log(&[]).as_bytes(), &campaign(&metadata)).expect("in order");
     assert!(recording.vehicles[0].thrust_map.is_some());
     let metadata = metadata.replace("(0.12, 0.96)", "(0.96, 0.12)");
     let problems = Campaign::parse("c.ron", &metadata).expect_err("is refused");
