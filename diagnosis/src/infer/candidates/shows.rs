@@ -1,11 +1,12 @@
 //! What a recording can show.
 
+use airflow::Superposition;
 use airflow::effects::WakeLean;
 use nalgebra::{Vector2, Vector3};
 
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::{Channel, Sample};
-use crate::record::baseline::{Observation, Upper};
+use crate::record::baseline::{Baseline, Delay, Observation, Upper};
 use crate::record::recording::{Role, Vehicle};
 
 /// What a recording has that effects need.
@@ -38,6 +39,10 @@ pub(crate) struct Shows {
     pub(crate) receiver_moves: bool,
     /// Whether the baseline simulates axial speed alone.
     pub(crate) axial_only: bool,
+    /// Exponent by which jets add up in the baseline.
+    pub(crate) merging: f64,
+    /// Age of the air in the baseline over that at the centreline's speed; 0: it takes no time.
+    pub(crate) lag_factor: f64,
     /// Times of the first and the last sample (s).
     pub(crate) span_s: [f64; 2],
     /// Highest reading, in the channel's unit.
@@ -68,6 +73,24 @@ pub(crate) fn lean<'v>(vehicles: impl Iterator<Item = &'v Vehicle>) -> bool {
     50 * leaning > all
 }
 
+/// The exponent of the sum that a baseline declares. That of the strongest jet alone is infinite:
+/// as much as the effect's range has.
+pub(crate) fn merging(baseline: &Baseline) -> f64 {
+    match baseline.superposition {
+        Superposition::Linear => 1.0,
+        Superposition::Momentum => 2.0,
+        Superposition::Strongest => 4.0,
+    }
+}
+
+/// What a baseline declares as the age of the air, over that at the centreline's speed.
+pub(crate) fn lag_factor(baseline: &Baseline) -> f64 {
+    match baseline.delay {
+        Delay::None => 0.0,
+        Delay::Transport { convection } => convection.recip(),
+    }
+}
+
 /// The least and the greatest value.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -89,6 +112,15 @@ fn receiver_moves(observed: &Observed) -> bool {
 }
 
 impl Shows {
+    /// The value of an effect's first parameter that the baseline has instead of none.
+    pub(super) fn declared(&self, effect: &str) -> Option<f64> {
+        match effect {
+            "jet_merging" => Some(self.merging),
+            "wake_transport" => Some(self.lag_factor),
+            _ => None,
+        }
+    }
+
     pub(super) fn of(observed: &Observed) -> Shows {
         let recording = observed.recording;
         let emits = |v: &&Vehicle| v.role != Role::Receiver && recording.baseline.wakes;
@@ -119,6 +151,8 @@ impl Shows {
             battery: low_v > 0.0 && high_v > 1.01 * low_v && observed.channel != Channel::Power,
             receiver_moves: observed.channel != Channel::Speed && receiver_moves(observed),
             axial_only: recording.baseline.observation == Observation::AxialAndAmbient,
+            merging: merging(&recording.baseline),
+            lag_factor: lag_factor(&recording.baseline),
             span_s: range("time s"),
             fastest: observed.recorded().into_iter().fold(0.0, f64::max),
         }
