@@ -116,7 +116,7 @@ pub(crate) const LAG: Fault = Fault {
     closure_error: 0.02,
     settled_by: THERE_AND_BACK,
     change: |p, h| h.sensor.lag_s = p[0],
-    shown: |shows| shows.moves || shows.probes,
+    shown: |shows| shows.moves || shows.probes || shows.receiver_moves,
     ..GAIN
 };
 
