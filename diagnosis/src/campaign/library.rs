@@ -88,6 +88,7 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
         climbs: true,
         battery: has_battery,
         receiver_moves: false,
+        receiver_travels: true,
         axial_only: false,
         merging: merging(&baseline),
         lag_factor: lag_factor(&baseline),

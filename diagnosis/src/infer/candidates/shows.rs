@@ -35,8 +35,10 @@ pub(crate) struct Shows {
     pub(crate) climbs: bool,
     /// Whether the receiver's battery voltage varies.
     pub(crate) battery: bool,
-    /// Whether a receiver moves.
+    /// Whether a receiver moves by as much as changes the air that it meets.
     pub(crate) receiver_moves: bool,
+    /// Whether a receiver moves at all.
+    pub(crate) receiver_travels: bool,
     /// Whether the baseline simulates axial speed alone.
     pub(crate) axial_only: bool,
     /// Exponent by which jets add up in the baseline.
@@ -98,14 +100,14 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// Whether a receiver climbs or flies forward at a tenth of its own induced velocity in more than
-/// 2 % of the samples.
-fn receiver_moves(observed: &Observed) -> bool {
+/// Whether a receiver flies faster than this, of its own induced velocity (m/s), in more than 2 % of
+/// the samples.
+fn receiver_moves(observed: &Observed, least_mps: impl Fn(f64) -> f64) -> bool {
     let recording = observed.recording;
     let moves = |sample: &Sample| {
         let vehicle = recording.vehicles.get(sample.subject as usize)?;
         let velocity_mps = vehicle.track.velocity_at(vehicle.track.moment(sample.t_s)?);
-        Some(velocity_mps.norm() > 0.1 * recording.hover_mps(vehicle))
+        Some(velocity_mps.norm() > least_mps(recording.hover_mps(vehicle)))
     };
     let moving = observed.samples.iter().filter(|s| moves(s) == Some(true));
     moving.count() as f64 > 0.02 * observed.samples.len() as f64
@@ -133,6 +135,7 @@ impl Shows {
             inside as f64 / observed.samples.len().max(1) as f64
         };
         let [low_v, high_v] = range("battery V");
+        let receives = observed.channel != Channel::Speed;
         Shows {
             air: !emitters.is_empty(),
             probes: observed.channel == Channel::Speed,
@@ -149,7 +152,9 @@ impl Shows {
             leans: lean(emitters.iter().copied()),
             climbs: share("climb m/s", &|v| v.abs() > 0.1) > 0.02,
             battery: low_v > 0.0 && high_v > 1.01 * low_v && observed.channel != Channel::Power,
-            receiver_moves: observed.channel != Channel::Speed && receiver_moves(observed),
+            receiver_moves: receives && receiver_moves(observed, |hover_mps| 0.1 * hover_mps),
+            // As of the emitters.
+            receiver_travels: receives && receiver_moves(observed, |_| 0.1),
             axial_only: recording.baseline.observation == Observation::AxialAndAmbient,
             merging: merging(&recording.baseline),
             lag_factor: lag_factor(&recording.baseline),
