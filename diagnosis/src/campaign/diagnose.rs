@@ -233,6 +233,7 @@ pub fn diagnose_campaign(
         rms_after_low: skill.rms_after_n[0],
         rms_after_high: skill.rms_after_n[2],
         noise_floor: root_mean_square(scatter.noise.sd()).min(skill.rms_after_n[1]),
+        ..HeldOut::default()
     };
     let skills = judged.skills();
     let turns = chosen.turns.iter();

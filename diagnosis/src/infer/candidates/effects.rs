@@ -139,7 +139,7 @@ pub(super) const ONE_AXIS: &str =
 const LEVEL: &str = "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn";
 pub(super) const MOTORS_OFF: &str =
     "a minute with the motors off before take-off and one after landing, the probe running";
-pub(super) const THERE_AND_BACK: &str = "a pass over the probe and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
+pub(super) const THERE_AND_BACK: &str = "a pass through the jet and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
 const BRAKING: &str = "the same pass at a steady speed, and braking above the probe: only a jet that leans goes ahead of a drone that brakes";
 const HEIGHTS: &str = "a hover at three heights with no drone above";
 

@@ -43,6 +43,7 @@ pub(super) fn probes(
     let columns = table.columns(&wanted, &[], found)?;
     let rows = table.read(&columns, columns.get(1).copied(), found);
     let mut samples = Vec::with_capacity(rows.lines.len());
+    let mut are_numbered = true;
     for (row, &line) in rows.lines.iter().enumerate() {
         let at = |column: usize| rows.numbers[column][row];
         let (t_s, id) = (at(0), at(1));
@@ -52,8 +53,19 @@ pub(super) fn probes(
         // Exact for every id that passes the comparison; the cast saturates for the others.
         let probe_id = id as u32;
         if f64::from(probe_id) != id {
-            let message = format!("is {id}; it must be a whole number, 0 or more");
-            found.problem(Problem::field(PROBES, "probe_id").line(line), message);
+            are_numbered = false;
+            let cell = rows.named.get(row).map_or("", |&name| &rows.names[name]);
+            let wanted = "it must be a whole number, 0 or more";
+            let message = match (id.is_nan(), cell.trim().is_empty()) {
+                (true, true) => Some(format!("is empty; {wanted}")),
+                // Where it was read it was told.
+                (true, false) => None,
+                _ => Some(format!("is {id}; {wanted}")),
+            };
+            let place = Problem::field(PROBES, "probe_id").line(line);
+            message
+                .into_iter()
+                .for_each(|text| found.problem(place.clone(), text));
         }
         samples.push(ProbeSample {
             t_s,
@@ -62,7 +74,10 @@ pub(super) fn probes(
             speed_mps: at(5),
         });
     }
-    judge(&mut samples, (instrument, floor_z_m), found);
+    // Whose readings they are is not known otherwise.
+    if are_numbered {
+        judge(&mut samples, (instrument, floor_z_m), found);
+    }
     if !samples.is_empty() && samples.iter().all(|sample| sample.speed_mps.is_nan()) {
         let help = found.remarks.last().map(|remark| remark.message.clone());
         let message = "no reading of any probe can be used";
