@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use crate::forward::anemometer::steady_reading_mps;
 use crate::forward::flow::{Flow, Wakes};
 use crate::forward::hypothesis::Sensor;
-use crate::forward::observed::{Observed, PROBE};
+use crate::forward::observed::Observed;
 use crate::forward::simulate::Sample;
 use crate::infer::fit::Setting;
 use crate::infer::outside::{RELEASE, Shape};
@@ -126,19 +126,20 @@ pub(crate) fn narrowing(shape: &Shape) -> Vec<String> {
     }
     let ends = shape.curve.first().zip(shape.curve.last());
     let first = shape.depends_on.first().map(|(name, _)| name.as_str());
-    let sweep = first.zip(ends).and_then(|(name, (first, last))| match name {
-        PROBE => Some(
-            "the same flight with the probes in one another's places: what goes with one of them is its own"
-                .to_owned(),
-        ),
-        _ if !SWEPT.contains(&name) => None,
-        _ => Some(format!(
-            "a slow sweep of {name} from {:.2} to {:.2} with everything else held",
-            first.0, last.0
-        )),
-    });
+    let sweep = first
+        .zip(ends)
+        .and_then(|(name, (first, last))| match name {
+            _ if !SWEPT.contains(&name) => None,
+            _ => Some(format!(
+                "a slow sweep of {name} from {:.2} to {:.2} with everything else held",
+                first.0, last.0
+            )),
+        });
     let turned = "the same flight turned by 90 degrees and moved by 2 m: what stays in its place stands in the room";
-    sweep
+    let swapped = "the same flight with the probes in one another's places: what goes with one of them is its own";
+    let swapped = shape.is_of_a_probe().then(|| swapped.to_owned());
+    let swapped_or_swept = swapped.or(sweep);
+    swapped_or_swept
         .into_iter()
         .chain([other_probe.to_owned(), turned.to_owned()])
         .collect()

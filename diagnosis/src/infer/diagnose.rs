@@ -124,7 +124,7 @@ const OF_A_DRONE: [&str; 13] = [
 const MOSTLY: f64 = 0.8;
 /// Part of the samples from which a region is no part of the recording, and part of what a
 /// correction changes (squares over the noise) from which it is of one probe. Chosen here.
-const NEARLY_ALL: f64 = 0.9;
+pub(crate) const NEARLY_ALL: f64 = 0.9;
 /// Part of a coordinate's values at either end that a range leaves out. Chosen here.
 const TAIL: f64 = 0.05;
 /// p-value below which readings contradict what throttle and power say. Chosen here: a name that is

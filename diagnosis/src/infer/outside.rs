@@ -88,6 +88,19 @@ pub struct Shape {
     pub tolerance: [f64; 2],
 }
 
+/// Part of what depends on covariates from which which probe reads is more than a detail. Chosen
+/// here.
+const OF_A_PROBE: f64 = 0.2;
+
+impl Shape {
+    /// Whether it depends on which probe reads: on an instrument, or on what stands in its place.
+    #[must_use]
+    pub fn is_of_a_probe(&self) -> bool {
+        let mut on = self.depends_on.iter();
+        on.any(|(name, share)| name == PROBE && *share >= OF_A_PROBE)
+    }
+}
+
 /// What any function of the covariates still predicts after everything that is named.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Remains {

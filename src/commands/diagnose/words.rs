@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use diagnosis::forward::observed::PROBE;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::candidates::Kind;
 use diagnosis::infer::finding::{Effect, Finding, Ranked, Verdict, Withdrawn};
@@ -438,11 +437,10 @@ fn outside(finding: &Finding, shape: &Shape) -> Vec<String> {
     }
     let on = shape.depends_on.iter().filter(|(_, share)| *share >= 0.005);
     let on = on.map(|(name, share)| format!("{name} ({:.0} %)", 100.0 * share));
-    let which = shape.depends_on.first().filter(|(name, _)| name == PROBE);
-    let place = which.map_or(
-        "",
-        |_| ": an instrument of its own, or what stands in its place",
-    );
+    let place = match shape.is_of_a_probe() {
+        true => ": one instrument's own, or what stands in its place",
+        false => "",
+    };
     lines.push(format!("It depends on {}{place}.", joined(on, ", ")));
     if shape
         .depends_on
@@ -553,7 +551,10 @@ fn tolerance(finding: &Finding) -> String {
     }
     let of = |[gain, offset]: [f64; 2]| {
         let unit = channel_words(finding.channel).unit;
-        format!("{:+.1} % and {offset:+.3} {unit}", 100.0 * gain)
+        // Rounded first: there is no -0.
+        let rounded = |value: f64, to: f64| (to * value).round() / to + 0.0;
+        let (percent, offset) = (rounded(100.0 * gain, 10.0), rounded(offset, 1000.0));
+        format!("{percent:+.1} % and {offset:+.3} {unit}")
     };
     let [before, after] = both.map(of);
     match before == after {

@@ -326,3 +326,92 @@ fn the_scale_of_an_instrument_is_told_only_where_it_beats_every_effect() {
     let on: Vec<&str> = on.map(|(name, _)| name.as_str()).collect();
     assert!(!on.contains(&EXPECTED_READING), "{on:?}");
 }
+
+/// The hall with a second probe beside the first.
+fn two_probes() -> Recording {
+    let mut recording = hall();
+    let probes = recording.probes.as_mut().expect("it has probes");
+    let mut second = probes.samples.clone();
+    for sample in &mut second {
+        sample.probe_id = 1;
+        sample.position_m.x += 0.1;
+    }
+    probes.samples.extend(second);
+    recording
+}
+
+#[test]
+fn a_fault_of_one_of_several_probes_is_told_by_its_number_and_what_it_leaves_is_told() {
+    let one = |of: &Sample, _: &mut Draws| match of.subject {
+        1 => 1.4 * of.simulated,
+        _ => of.simulated,
+    };
+    let found = diagnose(&read_of(two_probes(), 17, one)).expect("comparable");
+    assert_eq!(found.verdict, Verdict::OutsideLibrary);
+    let shape = found.shape.as_ref().expect("it has one");
+    assert!(shape.is_of_a_probe(), "{:?}", shape.depends_on);
+    let place = &found.region.description;
+    assert!(place.starts_with("probe 1"), "{place}");
+    assert!(
+        !place.contains("time s") && !place.contains("az"),
+        "{place}"
+    );
+    assert!(
+        found.advice[0].contains("one another's places"),
+        "{:?}",
+        found.advice
+    );
+    assert!(found.remains.gain_error > 0.0, "{:?}", found.remains);
+    let no_sweep = |line: &String| !line.contains("sweep of time") && !line.contains(" az");
+    assert!(found.advice.iter().all(no_sweep));
+}
+
+#[test]
+fn a_region_has_bounds_where_it_is_a_part_and_is_everywhere_where_it_is_not() {
+    let recording = hall();
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let count = observed.samples.len();
+    let place = |inside: Vec<usize>| bounds(&observed, &inside);
+    let (words, ends) = place((0..count - count / 20).collect());
+    assert!(words == "everywhere" && ends.is_empty(), "{words}");
+    let (words, ends) = place((0..count).step_by(2).collect());
+    assert!(words.starts_with("scattered") && ends.is_empty(), "{words}");
+    let (words, _) = place((0..count / 3).collect());
+    assert!(words.contains("time s"), "{words}");
+}
+
+#[test]
+fn a_channel_that_cannot_be_compared_is_named_with_what_it_lacks() {
+    let mut recording = hall();
+    let asked = |recording: &Recording, channel| {
+        let error = diagnose_channel(recording, channel).expect_err("there is none");
+        error.to_string()
+    };
+    let error = asked(&recording, Some(Channel::Power));
+    assert!(
+        error.contains("no power, for receiver.csv is missing"),
+        "{error}"
+    );
+    recording.probes = None;
+    let error = asked(&recording, Some(Channel::Speed));
+    assert!(
+        error.contains("no speed, for probes.csv is missing"),
+        "{error}"
+    );
+    assert!(!error.contains("throttle"), "{error}");
+}
+
+#[test]
+fn what_settles_a_fault_of_a_receiver_needs_no_probe() {
+    let recording = passing(18, 0.0);
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let candidates = applicable(&observed);
+    let faults = candidates.iter().filter(|of| of.kind == Kind::Sensor);
+    let settled_by: Vec<&str> = faults.map(|of| of.settled_by).collect();
+    assert!(!settled_by.is_empty());
+    assert!(
+        settled_by
+            .iter()
+            .all(|line| !line.contains("the probe") && !line.contains("second"))
+    );
+}

@@ -256,14 +256,8 @@ mod tests {
     use super::*;
     use crate::record::recording::Measures;
 
-    #[test]
-    fn of_a_long_table_every_probe_keeps_every_second_row() {
-        let mut text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n".to_owned();
-        for row in 0..1_060_000_u32 {
-            let (t_s, probe) = (f64::from(row / 2), row % 2);
-            writeln!(text, "{t_s},{probe},0,0,1,{}.{}", 1 + probe, row % 7).expect("memory");
-        }
-        let instrument = Instrument {
+    fn vane() -> Instrument {
+        Instrument {
             kind: "vane".into(),
             measures: Measures::SpeedMagnitude,
             rate_hz: 0.5,
@@ -271,9 +265,28 @@ mod tests {
             accuracy_abs_mps: 0.03,
             accuracy_rel: 0.05,
             resolution_mps: 0.01,
-        };
+        }
+    }
+
+    #[test]
+    fn a_probe_without_a_number_is_told_once_a_row() {
+        let text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n0,left,0,0,1,2\n2,,0,0,1,2\n4,-1,0,0,1,2\n";
         let mut found = Found::default();
-        let read = probes(text.as_bytes(), (&instrument, None), &mut found).expect("in order");
+        probes(text.as_bytes(), (&vane(), None), &mut found);
+        let told: Vec<String> = found.problems.iter().map(ToString::to_string).collect();
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(!told.concat().contains("NaN"), "{told:?}");
+    }
+
+    #[test]
+    fn of_a_long_table_every_probe_keeps_every_second_row() {
+        let mut text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n".to_owned();
+        for row in 0..1_060_000_u32 {
+            let (t_s, probe) = (f64::from(row / 2), row % 2);
+            writeln!(text, "{t_s},{probe},0,0,1,{}.{}", 1 + probe, row % 7).expect("memory");
+        }
+        let mut found = Found::default();
+        let read = probes(text.as_bytes(), (&vane(), None), &mut found).expect("in order");
         assert!(found.problems.is_empty(), "{:?}", found.problems);
         for probe in [0, 1] {
             let own = read.samples.iter().filter(|of| of.probe_id == probe);
