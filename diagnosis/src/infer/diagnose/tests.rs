@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::*;
 use crate::forward::simulate::{Sample, simulate};
+use crate::infer::advice::narrowing;
 use crate::infer::finding::Verdict;
 use crate::infer::outside::EXPECTED_READING;
 use crate::record::baseline::Delay;
@@ -325,6 +326,8 @@ fn the_scale_of_an_instrument_is_told_only_where_it_beats_every_effect() {
     let on = found.shape.iter().flat_map(|shape| &shape.depends_on);
     let on: Vec<&str> = on.map(|(name, _)| name.as_str()).collect();
     assert!(!on.contains(&EXPECTED_READING), "{on:?}");
+    // What any function of the covariates takes from what is left is told all the same.
+    assert!(found.remains.gain_error > 0.0, "{:?}", found.remains);
 }
 
 /// The hall with a second probe beside the first.
@@ -341,29 +344,47 @@ fn two_probes() -> Recording {
 }
 
 #[test]
-fn a_fault_of_one_of_several_probes_is_told_by_its_number_and_what_it_leaves_is_told() {
-    let one = |of: &Sample, _: &mut Draws| match of.subject {
-        1 => 1.4 * of.simulated,
-        _ => of.simulated,
+fn what_is_of_one_of_several_probes_is_told_by_its_number() {
+    let recording = two_probes();
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let own = |i: &usize| observed.samples[*i].subject == 1;
+    let of_one: Vec<usize> = (0..observed.samples.len()).filter(own).collect();
+    let weight = |i: usize| if own(&i) { 1.0 } else { 0.05 };
+    assert_eq!(one_probe(&observed, weight), Some(1));
+    assert_eq!(one_probe(&observed, |_| 1.0), None);
+    let (words, ends) = bounds(&observed, &of_one);
+    assert!(words == "probe 1" && ends.is_empty(), "{words}");
+    let (words, _) = bounds(&observed, &of_one[..of_one.len() / 3]);
+    assert!(
+        words.starts_with("probe 1, ") && words.contains("time s"),
+        "{words}"
+    );
+}
+
+#[test]
+fn no_sweep_of_time_or_azimuth_is_advised_and_probes_are_swapped() {
+    let shape = |names: &[(&str, f64)]| Shape {
+        depends_on: names
+            .iter()
+            .map(|(n, share)| ((*n).to_owned(), *share))
+            .collect(),
+        curve: vec![(0.0, 0.0), (1.0, 1.0)],
+        expression: None,
+        expression_share: 0.0,
+        nearest: None,
+        period_s: None,
+        spans_s: Vec::new(),
+        is_predictable: true,
+        correction: Vec::new(),
+        left: Vec::new(),
+        tolerance: [0.0; 2],
     };
-    let found = diagnose(&read_of(two_probes(), 17, one)).expect("comparable");
-    assert_eq!(found.verdict, Verdict::OutsideLibrary);
-    let shape = found.shape.as_ref().expect("it has one");
-    assert!(shape.is_of_a_probe(), "{:?}", shape.depends_on);
-    let place = &found.region.description;
-    assert!(place.starts_with("probe 1"), "{place}");
-    assert!(
-        !place.contains("time s") && !place.contains("az"),
-        "{place}"
-    );
-    assert!(
-        found.advice[0].contains("one another's places"),
-        "{:?}",
-        found.advice
-    );
-    assert!(found.remains.gain_error > 0.0, "{:?}", found.remains);
-    let no_sweep = |line: &String| !line.contains("sweep of time") && !line.contains(" az");
-    assert!(found.advice.iter().all(no_sweep));
+    let first = |names: &[(&str, f64)]| narrowing(&shape(names)).swap_remove(0);
+    assert!(first(&[("time s", 0.5), ("probe", 0.4)]).contains("one another's places"));
+    assert!(first(&[("xi", 0.9), ("probe", 0.1)]).contains("sweep of xi"));
+    for name in ["time s", "cos az", EXPECTED_READING] {
+        assert!(!first(&[(name, 1.0)]).contains("sweep"), "{name}");
+    }
 }
 
 #[test]
