@@ -26,7 +26,7 @@ pub struct Parameter {
     pub low: f64,
     /// Highest.
     pub high: f64,
-    /// The value that the simulation has: where the effect vanishes, or what the recording declares.
+    /// The value that the simulation has: where the effect vanishes, or what is declared.
     pub neutral: f64,
     /// Distance from there below which it changes no decision.
     pub practical: f64,

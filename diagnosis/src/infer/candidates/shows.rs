@@ -100,8 +100,8 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// Whether a receiver flies faster than this, of its own induced velocity (m/s), in more than 2 % of
-/// the samples.
+/// Whether a receiver flies faster than this, of its own induced velocity (m/s), in more than 2 %
+/// of the samples.
 fn receiver_moves(observed: &Observed, least_mps: impl Fn(f64) -> f64) -> bool {
     let recording = observed.recording;
     let moves = |sample: &Sample| {
