@@ -5,6 +5,7 @@ use std::path::Path;
 
 use diagnosis::campaign::{Applied, CampaignOptions, Compared, apply, apply_campaign};
 use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::infer::diagnose::DiagnoseError;
 use diagnosis::infer::finding_file::{FindingFile, read_finding};
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
@@ -46,11 +47,19 @@ pub(crate) fn judge(
         return Ok(apply_campaign(recordings, &options, &finding.correction)?);
     }
     if logs > 0 {
-        let others = recordings.len() - logs;
-        return Err(Failure::NotOnlyFlightLogs { others });
+        let others = recordings.iter().filter(|one| !is_log(one));
+        return Err(Failure::not_only_flight_logs(others));
     }
     let applied = apply(recordings, channel, &finding.correction);
-    applied.ok_or_else(|| Failure::nothing_to_compare(recordings.iter()))
+    let nothing = |channel| {
+        let errors = recordings.iter();
+        let errors = errors.map(|one| DiagnoseError::nothing_to_compare(one, Some(channel)));
+        Failure::Diagnose(errors.collect())
+    };
+    applied.ok_or_else(|| match channel {
+        Some(channel) => nothing(channel),
+        None => Failure::nothing_to_compare(recordings.iter()),
+    })
 }
 
 /// A remark on every recording, from one on, that has nothing of what was compared.
@@ -86,7 +95,7 @@ pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingF
             "{name} began at {t_s:.0} s of the recording that it was found in, which no other recording's clock tells: it is applied from the first second on."
         ))
     });
-    let how = "Nothing is fitted to these recordings. Offset: one a drone or probe and recording is taken off, before and after alike. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six; none of a single block.";
+    let how = "Nothing is fitted to these recordings. Offset: of each drone or probe and recording the median of recorded minus simulated is taken off, before and after each its own. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six; none of a single block.";
     let table = |rows: &[Compared]| {
         let headings = "where | offset | rows | recordings | rms before | after (95 %) | R2 before | after (95 %) | gained (95 %)";
         let rows = rows.iter().map(|row| cells(row, applied.channel));

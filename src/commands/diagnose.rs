@@ -129,8 +129,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             return judge_others(arguments, recordings, (&name, &found), answer);
         }
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
-            let others = recordings.len() - logs;
-            return Err(Failure::NotOnlyFlightLogs { others });
+            let others = recordings.iter().filter(|one| !is_log(one));
+            return Err(Failure::not_only_flight_logs(others));
         }
         _ => {}
     }
@@ -144,7 +144,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     }
     let (found, errors) = diagnose_all(&recordings, arguments.channel);
     match found.as_slice() {
-        [] => return Err(Failure::Diagnose(errors)),
+        [] => return Err(undiagnosed(&recordings, arguments.channel, errors)),
         [(recording, finding)] if recordings.len() == 1 => {
             let report = report(recording, finding);
             let read = (&recordings[..], left_out);
@@ -161,6 +161,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         [(_, finding)] => judge_others(arguments, Vec::new(), (&name, finding), answer),
         _ if arguments.judge.is_empty() => Ok(answer),
         several => Err(Failure::SeveralToJudge(several.len())),
+    }
+}
+
+/// Why none of these recordings was diagnosed.
+fn undiagnosed(
+    recordings: &[Recording],
+    channel: Option<Channel>,
+    errors: Vec<DiagnoseError>,
+) -> Failure {
+    let is_empty = |error: &DiagnoseError| matches!(error, DiagnoseError::NothingToCompare(..));
+    let is_log = |one: &Recording| one.probes.is_none() && one.receivers.is_empty();
+    match channel.is_none() && errors.iter().all(is_empty) && recordings.iter().all(is_log) {
+        // A force may be what was meant.
+        true => Failure::nothing_to_compare(recordings.iter()),
+        false => Failure::Diagnose(errors),
     }
 }
 

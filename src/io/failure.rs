@@ -107,9 +107,12 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Campaign(#[from] CampaignError),
     #[error(
-        "{others} of the recordings are no flight logs; diagnose these by themselves: logs are judged together, and --alone, --near-floor and --normal are for them"
+        "no flight logs: {others}; diagnose these by themselves: logs are judged together, and --alone, --near-floor and --normal are for them"
     )]
-    NotOnlyFlightLogs { others: usize },
+    NotOnlyFlightLogs {
+        /// Names of some of the recordings that are none, and how many more.
+        others: String,
+    },
     #[error("no flight can be compared: {0}")]
     NoHardware(String),
     #[error(transparent)]
@@ -160,6 +163,17 @@ impl Failure {
             recordings: recordings.len(),
             lacking: recordings.flat_map(lacking).take(MOST_LISTED).collect(),
         }
+    }
+
+    /// Names recordings that are no flight logs among others that are.
+    pub(crate) fn not_only_flight_logs<'r>(others: impl Iterator<Item = &'r Recording>) -> Failure {
+        let names: Vec<&str> = others.map(|one| one.name.as_str()).collect();
+        let more = names.len().saturating_sub(MOST_LISTED);
+        let mut others = joined(names.iter().take(MOST_LISTED), ", ");
+        if more > 0 {
+            others += &format!(" and {more} more");
+        }
+        Failure::NotOnlyFlightLogs { others }
     }
 
     pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Failure {

@@ -22,7 +22,8 @@ const SIGNS: f64 = 2.0;
 const CURVES: usize = 2;
 /// Coordinates, what an axis calls them, and a group: those of one group say nearly the same of a
 /// sample, and one of them is drawn.
-const LABELS: [(&str, &str, u8); 21] = [
+const LABELS: [(&str, &str, u8); 22] = [
+    ("probe", "number of the probe", 7),
     ("s/l", "depth below the rotor plane s / l", 1),
     ("depth m", "depth below the drone above (m)", 1),
     ("emitter z m", "height of the drone above (m)", 1),

@@ -450,6 +450,6 @@ fn what_is_meant_for_flight_logs_is_refused_on_other_recordings() {
             .unwrap();
         assert_eq!(output.status.code(), Some(2));
         let errors = String::from_utf8(output.stderr).unwrap();
-        assert!(errors.contains("no flight logs"), "{errors}");
+        assert!(errors.contains("no flight logs: draughty-hall"), "{errors}");
     }
 }

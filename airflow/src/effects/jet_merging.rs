@@ -17,7 +17,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     name: "jet_merging",
     aliases: &["superposition"],
     equation: "U = (sum U_i^q)^(1/q)",
-    description: "jets side by side merge, and their speeds do not simply add",
+    description: "jets side by side add up otherwise than simulated",
     parameters: &[Parameter::ratio("exponent", &["q"], 1.0, [0.7, 4.0])],
     essential: 1,
     home: Home::Surroundings,

@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     name: "wake_transport",
     aliases: &["emitter_motion", "transport_delay"],
     equation: "tau(s) = m l (sigma^2 - s0^2)/(2 B U_H)",
-    description: "the air at a depth left its drone a while ago, when the drone was elsewhere",
+    description: "the air at a depth left its drone at another time than simulated, when the drone was elsewhere",
     parameters: &[Parameter::ratio("lag_factor", &["m"], 0.0, [0.0, 3.0])],
     essential: 1,
     home: Home::Surroundings,

@@ -12,7 +12,7 @@ use crate::forward::observed::Explained;
 use crate::forward::simulate::{Channel, Sample};
 use crate::infer::advice::narrowing;
 use crate::infer::candidates::{Candidate, Kind};
-use crate::infer::diagnose::{departing, detectable, effects, ranked};
+use crate::infer::diagnose::{NEARLY_ALL, departing, detectable, effects, ranked};
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
 use crate::infer::outside::{Remains, global_test, is_beyond_doubt, is_sure, outside, standing};
@@ -233,6 +233,7 @@ pub fn diagnose_campaign(
         rms_after_low: skill.rms_after_n[0],
         rms_after_high: skill.rms_after_n[2],
         noise_floor: root_mean_square(scatter.noise.sd()).min(skill.rms_after_n[1]),
+        ..HeldOut::default()
     };
     let skills = judged.skills();
     let turns = chosen.turns.iter();
@@ -366,9 +367,10 @@ fn region(
         region.bounds.insert(name, [interval.from, interval.to]);
     }
     let bounds = region.bounds.iter();
-    region.description = match region.bounds.is_empty() {
-        true => "everywhere".into(),
-        false => words(bounds.map(|(name, ends)| (name.as_str(), *ends))),
+    region.description = match (region.bounds.is_empty(), region.share < NEARLY_ALL) {
+        (true, false) => "everywhere".into(),
+        (true, true) => "scattered over all that was flown".into(),
+        (false, _) => words(bounds.map(|(name, ends)| (name.as_str(), *ends))),
     };
     region.sample_indices = inside;
     region

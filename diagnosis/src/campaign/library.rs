@@ -5,7 +5,8 @@ use airflow::effects::{GroundImpingement, ProfileTail};
 use super::forces::Forces;
 use crate::infer::candidates::{
     BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG,
-    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, lean, shown, sizes_differ,
+    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, lag_factor, lean, merging,
+    shown, sizes_differ,
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
@@ -69,6 +70,8 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
     let has_battery = forces
         .judged()
         .any(|(_, step)| step.voltage_ratio.is_some());
+    let baseline = forces.recordings.first().map(|one| one.baseline);
+    let baseline = baseline.unwrap_or_default();
     let lowest_m = forces.judged().map(|(_, step)| step.height_m);
     Shows {
         air: !alone,
@@ -85,7 +88,10 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
         climbs: true,
         battery: has_battery,
         receiver_moves: false,
+        receiver_travels: true,
         axial_only: false,
+        merging: merging(&baseline),
+        lag_factor: lag_factor(&baseline),
         span_s: [0.0, 60.0],
         fastest: 1.0,
     }

@@ -171,7 +171,7 @@ struct Moment {
 
 /// A low-pass over one step, exact for air that changes linearly within it.
 #[derive(Clone, Copy, Debug)]
-struct LowPass {
+pub(super) struct LowPass {
     /// Time constant over the step.
     tau_over_step: f64,
     /// Share of the last deviation that is left after the step.
@@ -179,8 +179,16 @@ struct LowPass {
 }
 
 impl LowPass {
+    /// Of a time constant (s) over a step (s).
+    pub(super) fn new(tau_s: f64, step_s: f64) -> LowPass {
+        LowPass {
+            tau_over_step: tau_s / step_s,
+            kept: (-step_s / tau_s).exp(),
+        }
+    }
+
     /// What comes out (m/s) after a step from what went in and came out before it to what goes in.
-    fn after(self, [before_mps, held_mps]: [f64; 2], now_mps: f64) -> f64 {
+    pub(super) fn after(self, [before_mps, held_mps]: [f64; 2], now_mps: f64) -> f64 {
         let behind_mps = (now_mps - before_mps) * self.tau_over_step;
         let deviation_mps = held_mps - (before_mps - behind_mps);
         now_mps - behind_mps + deviation_mps * self.kept
@@ -268,10 +276,7 @@ impl Course {
             // Its own moment to the last bit.
             let age_s = if step == 0 { 0.0 } else { age_s(step) };
             let step_s = age_before_s - age_s;
-            let low_passes = taus_s.map(|tau_s| LowPass {
-                tau_over_step: tau_s / step_s,
-                kept: (-step_s / tau_s).exp(),
-            });
+            let low_passes = taus_s.map(|tau_s| LowPass::new(tau_s, step_s));
             add(age_s, Some(low_passes));
             age_before_s = age_s;
         }

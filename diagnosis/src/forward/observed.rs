@@ -12,8 +12,10 @@ use crate::forward::simulate::{Channel, Sample, Series, series, simulate};
 use crate::record::recording::Recording;
 
 /// Names of the covariates with their units, and their letters in an expression, in the order of
-/// [`Observed::covariates`].
-pub const COVARIATES: [(&str, &str); 20] = [
+/// [`Observed::covariates`]. Which probe reads comes first: of coordinates that part the samples
+/// alike, the first is told.
+pub const COVARIATES: [(&str, &str); 21] = [
+    (PROBE, "probe"),
     ("s/l", "s"),
     ("r/l", "r"),
     ("xi", "xi"),
@@ -35,6 +37,9 @@ pub const COVARIATES: [(&str, &str); 20] = [
     ("emitter x m", "x_e"),
     ("emitter y m", "y_e"),
 ];
+
+/// Which probe reads; 0 of other channels.
+pub const PROBE: &str = "probe";
 
 /// Most samples that are fitted; of more, every second, third and so on is. Chosen here, for time
 /// and memory: what neighbours of ten thousand say is known to a hundredth of their scatter.
@@ -390,7 +395,12 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
                 [place.s_over_l, place.r_over_l, place.xi, cos, sin]
             });
         let (emitter_m, emitter_mps, _) = state.unwrap_or_default();
+        let probe = match sample.channel {
+            Channel::Speed => f64::from(sample.subject),
+            _ => 0.0,
+        };
         let row = [
+            probe,
             s_over_l,
             r_over_l,
             xi,

@@ -9,7 +9,9 @@
 use airflow::effects::Reception;
 use airflow::power;
 
+use crate::forward::anemometer::LowPass;
 use crate::forward::flow::Flow;
+use crate::forward::hypothesis::Sensor;
 use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::{ReceiverSample, Recording, Track};
 use crate::statistics::quantile::median;
@@ -84,10 +86,34 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
 }
 
 /// Throttle or power ratios of one receiver in some rows of its recording's, which come in the
-/// order of time, by a clock that the drones' are so far ahead of (s), before what else is wrong
-/// with the instrument; `None` where some drone's place is not known.
+/// order of time, with the lag and the clock of an instrument, before what else is wrong with it;
+/// `None` where some drone's place is not known. What lags begins at its first value, and changes
+/// linearly from row to row.
 #[must_use]
-pub fn ratios(flow: &Flow, clock_s: f64, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
+pub fn ratios(flow: &Flow, sensor: &Sensor, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
+    let mut ratios = prompt_ratios(flow, sensor.clock_s, rows, is_power);
+    if sensor.lag_s == 0.0 {
+        return ratios;
+    }
+    let receivers = &flow.recording().receivers;
+    let mut before: Option<(f64, [f64; 2])> = None;
+    for (ratio, &row) in ratios.iter_mut().zip(rows) {
+        let t_s = receivers[row].t_s;
+        before = ratio.map(|now| {
+            let lags = |(from_s, held): (f64, [f64; 2])| match t_s > from_s {
+                true => LowPass::new(sensor.lag_s, t_s - from_s).after(held, now),
+                false => held[1],
+            };
+            let read = before.map_or(now, lags);
+            *ratio = Some(read);
+            (t_s, [now, read])
+        });
+    }
+    ratios
+}
+
+/// The same of an instrument that follows at once.
+fn prompt_ratios(flow: &Flow, clock_s: f64, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
     let recording = flow.recording();
     let all = &recording.receivers;
     let samples = || rows.iter().map(|&row| &all[row]);

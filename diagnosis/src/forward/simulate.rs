@@ -172,7 +172,7 @@ impl Series {
             }
             (Channel::Throttle | Channel::Power, _) => {
                 let is_power = self.channel == Channel::Power;
-                receiver::ratios(flow, sensor.clock_s, &self.rows, is_power)
+                receiver::ratios(flow, sensor, &self.rows, is_power)
             }
             _ => vec![None; self.rows.len()],
         }

@@ -29,6 +29,20 @@ const DEPTHS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0];
 const RADII: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
 const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west"), (1.5, "south")];
 
+/// Covariates that a flight can be made to sweep: not what comes of others, nor time.
+const SWEPT: [&str; 10] = [
+    "s/l",
+    "r/l",
+    "xi",
+    "height m",
+    "emitter z m",
+    "emitter speed m/s",
+    "climb m/s",
+    "height/half-width",
+    "x m",
+    "y m",
+];
+
 /// Measurements that would decide between what was chosen and what does as well, most telling
 /// first; where nothing does as well, what would refute the choice; where something has no name,
 /// what would narrow it. Empty where nothing is missing.
@@ -111,18 +125,21 @@ pub(crate) fn narrowing(shape: &Shape) -> Vec<String> {
         return vec![what, other_probe.into()];
     }
     let ends = shape.curve.first().zip(shape.curve.last());
-    let sweep = shape
-        .depends_on
-        .first()
+    let first = shape.depends_on.first().map(|(name, _)| name.as_str());
+    let sweep = first
         .zip(ends)
-        .map(|((name, _), (first, last))| {
-            format!(
+        .and_then(|(name, (first, last))| match name {
+            _ if !SWEPT.contains(&name) => None,
+            _ => Some(format!(
                 "a slow sweep of {name} from {:.2} to {:.2} with everything else held",
                 first.0, last.0
-            )
+            )),
         });
     let turned = "the same flight turned by 90 degrees and moved by 2 m: what stays in its place stands in the room";
-    sweep
+    let swapped = "the same flight with the probes in one another's places: what goes with one of them is its own";
+    let swapped = shape.is_of_a_probe().then(|| swapped.to_owned());
+    let swapped_or_swept = swapped.or(sweep);
+    swapped_or_swept
         .into_iter()
         .chain([other_probe.to_owned(), turned.to_owned()])
         .collect()

@@ -14,7 +14,7 @@ pub(crate) use effects::{
 };
 use faults::FAULTS;
 pub(crate) use faults::{CLOCK, DRIFT, Fault, GAIN, LAG, OFFSET};
-pub(crate) use shows::{Shows, lean, sizes_differ};
+pub(crate) use shows::{Shows, lag_factor, lean, merging, sizes_differ};
 
 use crate::forward::observed::Observed;
 use crate::forward::simulate::Channel;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::mistakes::{Mistake, mistaken};
-use crate::forward::observed::{COVARIATES, Explained, MOST_SAMPLES, Observed};
+use crate::forward::observed::{COVARIATES, Explained, MOST_SAMPLES, Observed, PROBE};
 use crate::forward::simulate::Channel;
 use crate::infer::actuation::{self, Cause};
 use crate::infer::advice::advice;
@@ -24,6 +24,7 @@ use crate::infer::outside::{
     Remains, Shape, global_test, is_beyond_doubt, is_sure, outside, standing,
 };
 use crate::infer::select::{Selection, Singles, Tried, flexible, select, singles};
+use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::Recording;
 use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::held_out::{FOLDS, Gain};
@@ -31,14 +32,15 @@ use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
 use crate::statistics::quantile::{difference, nearest_rank, root_mean_square};
 use crate::statistics::sequence::{Sequence, large_follow_large};
-use crate::statistics::trees::HeldOut as HeldOutTrees;
+use crate::statistics::trees::{self, HeldOut as HeldOutTrees};
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DiagnoseError {
     /// Nothing recorded that could be simulated.
-    #[error("\"{0}\" has no reading of a probe or a receiver that could be simulated")]
-    NothingToCompare(String),
+    /// It holds the recording's name, and what it lacks.
+    #[error("\"{0}\" has nothing to compare: {1}")]
+    NothingToCompare(String, String),
     /// Too little to split.
     /// It holds the recording's name, and how many blocks it has.
     #[error(
@@ -48,6 +50,44 @@ pub enum DiagnoseError {
     /// A slip of units or axes, which no physics explains.
     #[error("\"{0}\": {message}; {help}", message = .1.message, help = .1.help)]
     Mistaken(String, Mistake),
+}
+
+impl DiagnoseError {
+    /// Of a channel, or of any: what the recording lacks.
+    #[must_use]
+    pub fn nothing_to_compare(recording: &Recording, channel: Option<Channel>) -> DiagnoseError {
+        let any = [Channel::Speed, Channel::Throttle, Channel::Power];
+        let asked = channel.as_ref().map_or(&any[..], std::slice::from_ref);
+        let lacking = asked.iter().map(|channel| lacking(recording, *channel));
+        let lacking: Vec<&str> = lacking.collect();
+        DiagnoseError::NothingToCompare(recording.name.clone(), lacking.join("; "))
+    }
+}
+
+/// Why nothing of a channel can be compared.
+fn lacking(recording: &Recording, channel: Channel) -> &'static str {
+    let holds_power = recording.baseline.receiver_law == ReceiverLaw::HoldsPower;
+    let mut tracks = recording.vehicles.iter().map(|vehicle| &vehicle.track);
+    match channel {
+        Channel::Speed if recording.probes.is_none() => "no speed, for probes.csv is missing",
+        Channel::Speed => "no speed of a probe at a time when every drone's place is known",
+        Channel::Throttle | Channel::Power if recording.receivers.is_empty() => match channel {
+            Channel::Throttle => "no throttle, for receiver.csv is missing",
+            _ => "no power, for receiver.csv is missing",
+        },
+        Channel::Throttle if holds_power => {
+            "no throttle, for by the baseline's `receiver_law` receivers hold theirs"
+        }
+        Channel::Power if holds_power => {
+            "no power, for by the baseline's `receiver_law` receivers hold theirs"
+        }
+        Channel::Throttle => "no throttle of a receiver whose place is known",
+        Channel::Power if tracks.all(|track| track.power_w.is_none()) => {
+            "no power, for `power_w` is missing in vehicles.csv"
+        }
+        Channel::Power => "no power of a receiver that is out of all wakes for a while",
+        Channel::VerticalForce => "no force: only flight logs tell of it",
+    }
 }
 
 /// Most times that the noise is read again around the best explanation so far, and what a clearly
@@ -82,6 +122,11 @@ const OF_A_DRONE: [&str; 13] = [
     "emitter y m",
 ];
 const MOSTLY: f64 = 0.8;
+/// Part of the samples from which a region is no part of the recording, and part of what a
+/// correction changes (squares over the noise) from which it is of one probe. Chosen here.
+pub(crate) const NEARLY_ALL: f64 = 0.9;
+/// Part of a coordinate's values at either end that a range leaves out. Chosen here.
+const TAIL: f64 = 0.05;
 /// p-value below which readings contradict what throttle and power say. Chosen here: a name that is
 /// right, and that readings tell nothing of, is withdrawn once in twenty.
 const CONTRADICTED_P: f64 = 0.05;
@@ -108,7 +153,7 @@ pub fn diagnose_channel(
     channel: Option<Channel>,
 ) -> Result<Finding, DiagnoseError> {
     let whole = Observed::of(recording, channel)
-        .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
+        .ok_or_else(|| DiagnoseError::nothing_to_compare(recording, channel))?;
     if let Some(mistake) = mistaken(recording) {
         return Err(DiagnoseError::Mistaken(recording.name.clone(), mistake));
     }
@@ -166,7 +211,13 @@ pub fn diagnose_channel(
     let is_of_probes = observed.channel == Channel::Speed;
     let shape = outside(&setting, &selection, &test, &left, is_of_probes);
     let shape = shape.and_then(|shape| standing(&setting, &selection, shape));
-    let remains = remains(&observed, &noise, &left, shape.is_some());
+    // Beyond a shape that predicts something, what trees still take from what it leaves.
+    let predicts = shape.as_ref().filter(|shape| shape.is_predictable);
+    let left = match predicts {
+        Some(shape) => trees::held_out(&observed.covariates, &shape.left, &noise),
+        None => left,
+    };
+    let remains = remains(&observed, &noise, &left);
     let chosen = &selection.chosen;
     let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);
     let laws = (chosen.which.clone(), chosen.fit.values.clone());
@@ -271,11 +322,8 @@ pub fn diagnose_channel(
     })
 }
 
-/// What trees predict of what is left, where nothing of it is in the answer yet.
-fn remains(observed: &Observed, noise: &Noise, left: &HeldOutTrees, is_told: bool) -> Remains {
-    if is_told {
-        return Remains::default();
-    }
+/// What trees predict of what the answer leaves.
+fn remains(observed: &Observed, noise: &Noise, left: &HeldOutTrees) -> Remains {
     let simulated = vec![0.0; left.predictions.len()];
     let inside = departing(&simulated, &left.predictions, noise.sd());
     let (description, _) = bounds(observed, &inside);
@@ -323,7 +371,8 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
     // Before: without what throttle and power have answered already.
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
-    let before = of_fit(&plain, &[], &plain.nothing());
+    let nothing = plain.nothing();
+    let before = of_fit(&plain, &[], &nothing);
     let after = match shape {
         // The trees' corrections are held out themselves; what they lie on is a handful of
         // parameters.
@@ -346,6 +395,8 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
         rms_after_low: low,
         rms_after_high: high,
         noise_floor: root_mean_square(setting.noise.sd()),
+        tolerance_before: nothing.tolerance,
+        tolerance_after: shape.map_or(chosen.fit.tolerance, |shape| shape.tolerance),
     };
     (held_out, less.p_of_loss())
 }
@@ -496,9 +547,15 @@ fn plateau(observed: &Observed, since_s: Option<f64>) -> Option<f64> {
 /// Where baseline and corrected simulation differ by more than half a standard deviation.
 fn region(observed: &Observed, sd: &[f64], corrected: &[f64]) -> Region {
     let simulated = observed.simulated();
-    let inside = departing(&simulated, corrected, sd);
+    let mut inside = departing(&simulated, corrected, sd);
     if inside.is_empty() {
         return Region::default();
+    }
+    let of_one = one_probe(observed, |i| {
+        ((corrected[i] - simulated[i]) / sd[i]).powi(2)
+    });
+    if let Some(probe) = of_one {
+        inside.retain(|&i| observed.samples[i].subject == probe);
     }
     let (description, bounds) = bounds(observed, &inside);
     let mut region = Region::of(&inside, &observed.recorded(), &simulated, sd);
@@ -509,31 +566,58 @@ fn region(observed: &Observed, sd: &[f64], corrected: &[f64]) -> Region {
     region
 }
 
-/// Where some samples lie, in words and by covariate: empty without any.
+/// The one of several probes that has nearly all of some weights of the samples.
+fn one_probe(observed: &Observed, weight: impl Fn(usize) -> f64) -> Option<u32> {
+    if observed.channel != Channel::Speed {
+        return None;
+    }
+    let mut of_probes: BTreeMap<u32, f64> = BTreeMap::new();
+    for (i, sample) in observed.samples.iter().enumerate() {
+        *of_probes.entry(sample.subject).or_default() += weight(i);
+    }
+    let all: f64 = of_probes.values().sum();
+    let is_most = |(_, own): &(&u32, &f64)| **own > NEARLY_ALL * all;
+    let mut most = of_probes.iter().filter(is_most);
+    most.next()
+        .filter(|_| of_probes.len() > 1)
+        .map(|(probe, _)| *probe)
+}
+
+/// Where some samples lie, in words and by covariate: empty without any. Those of one probe among
+/// several are told by its number, and by where of its own samples they lie.
 fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f64; 2]>) {
     let mut bounds = BTreeMap::new();
     if inside.is_empty() {
         return (String::new(), bounds);
     }
+    let subject = |i: usize| observed.samples[i].subject;
+    let is_first = |i: usize| subject(i) == subject(inside[0]);
+    let is_of_one = inside.iter().all(|&i| is_first(i));
+    let probe = (observed.channel == Channel::Speed
+        && is_of_one
+        && !(0..observed.samples.len()).all(is_first))
+    .then(|| subject(inside[0]));
+    let all: Vec<usize> = (0..observed.samples.len())
+        .filter(|&i| probe.is_none_or(|probe| subject(i) == probe))
+        .collect();
     // What counts from a drone says nothing of samples that are below none.
     let is_placed = |i: usize| observed.samples[i].place.is_some();
     let placed: Vec<usize> = inside.iter().copied().filter(|&i| is_placed(i)).collect();
-    let all_placed: Vec<usize> = (0..observed.samples.len())
-        .filter(|&i| is_placed(i))
-        .collect();
+    let all_placed: Vec<usize> = all.iter().copied().filter(|&i| is_placed(i)).collect();
+    let is_part = (inside.len() as f64) < NEARLY_ALL * all.len() as f64;
     let are_placed = placed.len() as f64 > MOSTLY * inside.len() as f64;
     let mut narrow: Vec<(f64, String)> = Vec::new();
     for ((name, _), column) in COVARIATES.iter().zip(&observed.covariates) {
         let is_of_a_drone = OF_A_DRONE.contains(name);
-        if is_of_a_drone && !are_placed {
+        if is_of_a_drone && !are_placed || !is_part || *name == PROBE {
             continue;
         }
         let of = |rows: &[usize]| rows.iter().map(|&i| column[i]).collect();
         let (within, whole) = match is_of_a_drone {
             true => (of(&placed), of(&all_placed)),
-            false => (of(inside), column.clone()),
+            false => (of(inside), of(&all)),
         };
-        let (within, whole) = (span(within, 0.05), span(whole, 0.02));
+        let (within, whole) = (span(within), span(whole));
         let part = (within[1] - within[0]) / (whole[1] - whole[0]);
         // A coordinate that the region covers as widely as the recording says nothing about it.
         if part < NARROW {
@@ -549,9 +633,15 @@ fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f
     narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
     let said = narrow.into_iter().take(SAID);
     let words: Vec<String> = said.map(|(_, text)| text).collect();
-    let description = match words.is_empty() {
-        true => "everywhere".into(),
-        false => words.join(", "),
+    let words = probe
+        .map(|probe| format!("probe {probe}"))
+        .into_iter()
+        .chain(words);
+    let words: Vec<String> = words.collect();
+    let description = match (words.is_empty(), is_part) {
+        (true, false) => "everywhere".into(),
+        (true, true) => "scattered over all that was covered".into(),
+        (false, _) => words.join(", "),
     };
     (description, bounds)
 }
@@ -563,10 +653,10 @@ pub(crate) fn departing(simulated: &[f64], corrected: &[f64], sd: &[f64]) -> Vec
         .collect()
 }
 
-/// The values without so much at either end.
-fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
+/// The ends of the values without the outermost.
+fn span(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
-    [tail, 1.0 - tail].map(|share| nearest_rank(&values, share).unwrap_or(0.0))
+    [TAIL, 1.0 - TAIL].map(|share| nearest_rank(&values, share).unwrap_or(0.0))
 }
 
 #[cfg(test)]

@@ -217,6 +217,11 @@ pub struct HeldOut {
     pub rms_after_high: f64,
     /// What the scatter of the readings alone leaves; at most what is left, which holds it.
     pub noise_floor: f64,
+    /// Gain (1) and offset (the channel's unit) that the baseline was read with, within what the
+    /// instrument's maker allows.
+    pub tolerance_before: [f64; 2],
+    /// The same of the corrected simulation.
+    pub tolerance_after: [f64; 2],
 }
 
 /// One candidate alone.

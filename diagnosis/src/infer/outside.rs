@@ -11,6 +11,7 @@
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
+use crate::forward::observed::PROBE;
 use crate::infer::candidates::Kind;
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, Tried, beyond_closure, closure};
@@ -82,6 +83,22 @@ pub struct Shape {
     /// What the correction leaves of each recorded value, in the channel's unit.
     #[serde(skip)]
     pub left: Vec<f64>,
+    /// Gain (1) and offset (the channel's unit) that the correction lies on.
+    #[serde(skip)]
+    pub tolerance: [f64; 2],
+}
+
+/// Part of what depends on covariates from which which probe reads is more than a detail. Chosen
+/// here.
+const OF_A_PROBE: f64 = 0.2;
+
+impl Shape {
+    /// Whether it depends on which probe reads: on an instrument, or on what stands in its place.
+    #[must_use]
+    pub fn is_of_a_probe(&self) -> bool {
+        let mut on = self.depends_on.iter();
+        on.any(|(name, share)| name == PROBE && *share >= OF_A_PROBE)
+    }
 }
 
 /// What any function of the covariates still predicts after everything that is named.
@@ -242,8 +259,9 @@ pub fn standing(setting: &Setting, selection: &Selection, shape: Shape) -> Optio
     })
 }
 
-/// A curve of the expected reading that predicts more, held out, than the chosen terms do by more
-/// than its error: an instrument that fails in a form of its own. `None`: the terms do as well.
+/// A curve of the expected reading that predicts more, held out, than the chosen terms and every
+/// single effect do, by more than its error: an instrument that fails in a form of its own. `None`:
+/// some of them does as well.
 fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
     let noise = setting.noise;
     let expected = &selection.nothing.fit.predicted;
@@ -252,7 +270,8 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
     let density = log_densities(&noise.whiten(&found.left));
     let over = |other: &Tried| Gain::over(&noise.blocks, &density, &other.log_density);
     let chosen = &selection.chosen;
-    if !is_sure(&over(chosen)) {
+    let mut others = std::iter::once(chosen).chain(&selection.singles);
+    if !others.all(|other| is_sure(&over(other))) {
         return None;
     }
     // One curve against one term, which may be off (gusts blur a ceiling): it has to take more than
@@ -285,6 +304,7 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
         // The curve stands in the place of the chosen terms, not on top of them.
         correction,
         left: found.left,
+        tolerance: selection.nothing.fit.tolerance,
     })
 }
 
@@ -379,17 +399,17 @@ fn at_times(setting: &Setting, fit: &Fit) -> Option<Shape> {
     Some(Shape {
         depends_on: vec![("time s".to_owned(), 1.0)],
         spans_s,
-        ..not_predictable(correction, rest)
+        ..not_predictable(correction, rest, fit)
     })
 }
 
 /// Something that a fit leaves, without a correction.
 fn without_prediction(setting: &Setting, fit: &Fit) -> Shape {
     let rest = setting.left(&fit.predicted);
-    not_predictable(vec![0.0; rest.len()], rest)
+    not_predictable(vec![0.0; rest.len()], rest, fit)
 }
 
-fn not_predictable(correction: Vec<f64>, rest: Vec<f64>) -> Shape {
+fn not_predictable(correction: Vec<f64>, rest: Vec<f64>, fit: &Fit) -> Shape {
     Shape {
         depends_on: Vec::new(),
         curve: Vec::new(),
@@ -401,6 +421,7 @@ fn not_predictable(correction: Vec<f64>, rest: Vec<f64>) -> Shape {
         is_predictable: false,
         correction,
         left: rest,
+        tolerance: fit.tolerance,
     }
 }
 
@@ -456,6 +477,7 @@ fn pulsation(setting: &Setting, fit: &Fit, rhythms: &[Rhythm], frequency_hz: f64
         is_predictable: true,
         left: difference(&left, &correction),
         correction,
+        tolerance: fit.tolerance,
     }
 }
 
@@ -477,7 +499,9 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
     let azimuth = around.azimuth_rad(in_body);
     // Three covariates and the azimuth: more would be no short expression.
     let others = shares.iter().map(|(k, _)| *k);
-    let others = others.filter(|&k| !around.names[k].0.contains(" az"));
+    // The number of a probe is no quantity.
+    let is_quantity = |&k: &usize| !around.names[k].0.contains(" az") && around.names[k].0 != PROBE;
+    let others = others.filter(is_quantity);
     let coordinates = others.take(3).map(|k| Coordinate {
         letter: around.names[k].1,
         values: &around.columns[k],
@@ -509,5 +533,6 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         is_predictable: true,
         left: difference(&rest, &held_out.predictions),
         correction: held_out.predictions.clone(),
+        tolerance: selection.chosen.fit.tolerance,
     }
 }

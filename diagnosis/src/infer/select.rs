@@ -526,8 +526,8 @@ impl Search<'_> {
         close.map(|(_, rival, tried)| (rival, tried)).collect()
     }
 
-    /// What is named before one of the chosen that it cannot be told from, within one standard
-    /// error: an instrument before physics, a mechanism before a factor.
+    /// What is named before one of the chosen that it cannot be told from: an instrument of the
+    /// printed set before physics, and within one standard error a mechanism before a factor.
     fn preferred(&self, chosen: &Tried, place: usize) -> Option<Tried> {
         let candidates = self.setting.candidates;
         let own = &candidates[chosen.which[place]];
@@ -546,8 +546,9 @@ impl Search<'_> {
         };
         let mut ties = self.ties(chosen, place).into_iter();
         let (rival, tried) = ties.find(|(rival, tried)| {
-            let is_first = comes_first(&candidates[*rival]) && tried.practical;
-            is_first && is_even(tried) && self.may_stand(tried)
+            let rival = &candidates[*rival];
+            let is_first = comes_first(rival) && tried.practical;
+            is_first && (rival.kind == Kind::Sensor || is_even(tried)) && self.may_stand(tried)
         })?;
         // The same order of terms, values and columns as in the fit that stands.
         let is_in_place = tried.which.iter().position(|k| *k == rival) == Some(place);

@@ -331,7 +331,7 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.push(Part::Line(taken_back(finding, withdrawn)));
     }
     if let Some(shape) = &finding.shape {
-        parts.extend(outside(shape).into_iter().map(Part::Line));
+        parts.extend(outside(finding, shape).into_iter().map(Part::Line));
     }
     for effect in &finding.effects {
         let (name, description) = (&effect.name, &effect.description);
@@ -398,14 +398,15 @@ fn apart([one, other]: [f64; 2], channel: Channel) -> [String; 2] {
 const NEARLY_ALL: f64 = 0.8;
 
 /// Something without a name, in sentences.
-fn outside(shape: &Shape) -> Vec<String> {
+fn outside(finding: &Finding, shape: &Shape) -> Vec<String> {
     let mut lines = vec![
         match (shape.is_predictable, &shape.nearest) {
             (false, _) if shape.spans_s.is_empty() => "Something is there that these readings do not explain: no effect of the library, and no function of the covariates, lowers the error on blocks that were not fitted. Nothing is corrected.".to_owned(),
             (false, _) => "Readings differ at times by more than noise; nothing that repeats predicts when, so no effect is named.".to_owned(),
             (true, Some((name, share))) if *share >= NEARLY_ALL => format!(
-                "Something repeats that no effect of the library has. {name} comes near, with {:.0} % of the log likelihood that can be gained on blocks that were not fitted, but leaves more of the error than its law may be off.",
-                100.0 * share
+                "Something repeats that no effect of the library has. {name} comes near, with {:.0} % of the log likelihood that can be gained on blocks that were not fitted, but {}.",
+                100.0 * share,
+                short_of(finding, name)
             ),
             (true, Some((name, share))) if *share >= 0.01 => format!(
                 "Something repeats that no effect of the library has. Nearest is {name}, which predicts {:.0} % of what can be predicted on blocks that were not fitted.",
@@ -436,7 +437,11 @@ fn outside(shape: &Shape) -> Vec<String> {
     }
     let on = shape.depends_on.iter().filter(|(_, share)| *share >= 0.005);
     let on = on.map(|(name, share)| format!("{name} ({:.0} %)", 100.0 * share));
-    lines.push(format!("It depends on {}.", joined(on, ", ")));
+    let place = match shape.is_of_a_probe() {
+        true => ": one instrument's own, or what stands in its place",
+        false => "",
+    };
+    lines.push(format!("It depends on {}{place}.", joined(on, ", ")));
     if shape
         .depends_on
         .iter()
@@ -459,6 +464,16 @@ fn outside(shape: &Shape) -> Vec<String> {
             .to_owned(),
     );
     lines
+}
+
+/// Why the nearest effect is no explanation.
+fn short_of(finding: &Finding, nearest: &str) -> &'static str {
+    let of_it = finding.candidates.iter().filter(|of| of.name == nearest);
+    match of_it.max_by(|a, b| a.gain.total_cmp(&b.gain)) {
+        Some(of) if of.at_bound => "a parameter is at the end of its range",
+        Some(of) if !of.practical => "is too small to matter",
+        _ => "leaves more of the error than its law may be off",
+    }
 }
 
 fn parameters(effect: &Effect) -> Part {
@@ -522,8 +537,34 @@ fn fit(finding: &Finding) -> String {
     .map(|value| amount(value, finding.channel));
     let [before, after] = apart([held_out.rms_before, held_out.rms_after], finding.channel);
     format!(
-        "rms error on {parts} that were not fitted: {before} before, {after} after ({low} to {high}); noise floor {floor}."
+        "rms error on {parts} that were not fitted: {before} before, {after} after ({low} to {high}); noise floor {floor}.{}",
+        tolerance(finding)
     )
+}
+
+/// What gain and offset of the instrument, within what its maker allows, errors were taken with.
+fn tolerance(finding: &Finding) -> String {
+    let held_out = &finding.held_out;
+    let both = [held_out.tolerance_before, held_out.tolerance_after];
+    if both == [[0.0; 2]; 2] {
+        return String::new();
+    }
+    let of = |[gain, offset]: [f64; 2]| {
+        let unit = channel_words(finding.channel).unit;
+        // Rounded first: there is no -0.
+        let rounded = |value: f64, to: f64| (to * value).round() / to + 0.0;
+        let (percent, offset) = (rounded(100.0 * gain, 10.0), rounded(offset, 1000.0));
+        format!("{percent:+.1} % and {offset:+.3} {unit}")
+    };
+    let [before, after] = both.map(of);
+    match before == after {
+        true => format!(
+            " Both are with the gain and the offset that fit best within the instrument's tolerance: {before}."
+        ),
+        false => format!(
+            " They are with the gain and the offset that fit best within the instrument's tolerance: {before} before, {after} after."
+        ),
+    }
 }
 
 /// What is held out together: forces are judged over whole flights.
@@ -556,8 +597,12 @@ fn runners_up(finding: &Finding) -> Vec<Part> {
     }
     let lines_are_rivals = !lines.is_empty();
     if lines.is_empty() {
-        let none = || "No runner-up is left to tell apart.".into();
-        lines.push(rival(finding).unwrap_or_else(none));
+        let none = match finding.effects.len() {
+            0 => "Nothing is named, so there is nothing to tell it from.",
+            1 => "No runner-up is left to tell apart.",
+            _ => "No other effect does as well in the place of either.",
+        };
+        lines.push(rival(finding).unwrap_or_else(|| none.into()));
     }
     let mut parts: Vec<Part> = lines.into_iter().map(Part::Line).collect();
     if !finding.advice.is_empty() {
@@ -574,8 +619,8 @@ fn runners_up(finding: &Finding) -> Vec<Part> {
 
 /// What trees still predict after all that is named.
 fn remains(finding: &Finding) -> Vec<Part> {
-    // Of flights it is told beside the runner-up; a shape is what remains.
-    if finding.shape.is_some() || finding.channel == Channel::VerticalForce {
+    // Of flights it is told beside the runner-up.
+    if finding.channel == Channel::VerticalForce {
         return Vec::new();
     }
     let remains = &finding.remains;
@@ -591,7 +636,15 @@ fn remains(finding: &Finding) -> Vec<Part> {
             remains.description
         ),
     };
-    vec![Part::Line(text)]
+    let held_out = &finding.held_out;
+    let is_answer = finding.verdict != Verdict::None;
+    let unquiet = (is_answer && is_unquiet(finding)).then(|| {
+        Part::Line(format!(
+            "Errors on blocks that were not fitted are still {:.1} times the noise floor.",
+            held_out.rms_after / held_out.noise_floor
+        ))
+    });
+    std::iter::once(Part::Line(text)).chain(unquiet).collect()
 }
 
 /// The best of those that were not taken, and how far behind it is.
@@ -624,9 +677,16 @@ fn rival(finding: &Finding) -> Option<String> {
     })
 }
 
+/// Least that is not printed as 0.
+const LEAST_PRINTED: f64 = 0.001;
+
 fn minimum_detectable(finding: &Finding) -> Vec<Part> {
     let rows = finding.detectable.iter().map(|one| {
-        let least = measured(one.departure, &one.unit);
+        // No effect is detected of no size at all.
+        let least = match figures(one.departure).parse() {
+            Ok(0.0) => format!("below {}", measured(LEAST_PRINTED, &one.unit)),
+            _ => measured(one.departure, &one.unit),
+        };
         vec![one.name.clone(), one.parameter.clone(), least]
     });
     let how =

@@ -26,12 +26,13 @@ pub struct Parameter {
     pub low: f64,
     /// Highest.
     pub high: f64,
-    /// The value at which the effect vanishes.
+    /// The value that the simulation has: where the effect vanishes, or what is declared.
     pub neutral: f64,
     /// Distance from there below which it changes no decision.
     pub practical: f64,
-    /// Whether its highest value is all there can be: a share of 1.
-    pub is_share: bool,
+    /// Whether its lowest and its highest value are all there can be: air that takes no time, a
+    /// share of 1.
+    pub is_all: [bool; 2],
 }
 
 /// One thing that may be missing.
@@ -91,13 +92,13 @@ pub enum Change {
 }
 
 impl Parameter {
-    /// Whether a value lies at an end of the range at which the effect does not vanish, within
+    /// Whether a value lies at an end of the range that is not neutral nor all there can be, within
     /// half a percent of the range: as near as a fit stops.
     #[must_use]
     pub fn is_at_end(&self, value: f64) -> bool {
         let margin = 0.005 * (self.high - self.low);
         let is_end = |end: f64| (value - end).abs() < margin && end != self.neutral;
-        is_end(self.low) || is_end(self.high) && !self.is_share
+        is_end(self.low) && !self.is_all[0] || is_end(self.high) && !self.is_all[1]
     }
 
     /// Of a fault: from `low` to `high` in its unit, neutral at 0.
@@ -114,7 +115,7 @@ impl Parameter {
             high,
             neutral: 0.0,
             practical,
-            is_share: false,
+            is_all: [false; 2],
         }
     }
 }

@@ -77,29 +77,41 @@ impl Trial {
             let is_share = ["share", "shadow"].contains(&parameter.key);
             let high = if is_share { 1.0 } else { high };
             let is_moment = parameter.fit_over == FitOver::Recording;
+            let neutral = shows.declared(spec.name).unwrap_or(parameter.neutral);
             Parameter {
                 name: symbol,
                 unit: parameter.unit,
                 low,
                 high,
-                neutral: if is_moment { low } else { parameter.neutral },
+                neutral: if is_moment { low } else { neutral },
                 practical: if is_moment { high - low } else { practical },
-                is_share,
+                // Where it vanishes altogether, whatever is declared.
+                is_all: [low == parameter.neutral, is_share],
             }
         });
+        let parameters: Vec<Parameter> = parameters.collect();
         let start = |values: &&[f64]| {
             let pairs = fitted().zip(*values);
             let scaled = pairs.map(|((p, ..), &value)| shows.scaled(value, p.fit_over));
             scaled.collect()
         };
+        // A fit that begins where nothing changes shows no change.
+        let is_neutral = |start: &Vec<f64>| {
+            let essential = start.iter().zip(&parameters).take(spec.essential);
+            essential
+                .into_iter()
+                .all(|(value, of)| *value == of.neutral)
+        };
+        let starts = self.starts.iter().map(start);
+        let starts = starts.filter(|start| !is_neutral(start)).collect();
         Candidate {
             name: spec.name,
             kind: Kind::Physics,
             equation: spec.equation,
             description: spec.description,
-            parameters: parameters.collect(),
+            parameters,
             essential: spec.essential,
-            starts: self.starts.iter().map(start).collect(),
+            starts,
             closure_error: self.closure_error,
             settled_by: self.settled_by,
             change: Change::Effect(spec),
@@ -127,7 +139,7 @@ pub(super) const ONE_AXIS: &str =
 const LEVEL: &str = "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn";
 pub(super) const MOTORS_OFF: &str =
     "a minute with the motors off before take-off and one after landing, the probe running";
-pub(super) const THERE_AND_BACK: &str = "a pass over the probe and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
+pub(super) const THERE_AND_BACK: &str = "a pass through the jet and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
 const BRAKING: &str = "the same pass at a steady speed, and braking above the probe: only a jet that leans goes ahead of a drone that brakes";
 const HEIGHTS: &str = "a hover at three heights with no drone above";
 
@@ -185,7 +197,8 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
         &[&[1.1, 0.3], &[1.1, 0.5], &[1.1, 0.7]],
     )
     .settled_by(SCALE),
-    Trial::new("wake_transport", &[0.3], &[&[1.0], &[2.0]])
+    // The last where the recording declares air that takes its time.
+    Trial::new("wake_transport", &[0.3], &[&[1.0], &[2.0], &[0.0]])
         .shown(|shows| shows.moves)
         .settled_by(THERE_AND_BACK),
     Trial::new("wake_lean", &[0.2], &[&[0.7]])

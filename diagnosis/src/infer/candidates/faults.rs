@@ -63,12 +63,18 @@ impl Fault {
             essential: self.parameters.len(),
             starts: starts.map(start).collect(),
             closure_error: self.closure_error,
-            settled_by: self.settled_by,
+            settled_by: match shows.probes || self.settled_by == THERE_AND_BACK {
+                true => self.settled_by,
+                false => OF_A_RECEIVER,
+            },
             change: Change::Hypothesis(self.change),
             since: None,
         }
     }
 }
+
+/// What settles a fault of a receiver, which stands at no probe.
+const OF_A_RECEIVER: &str = "the same passes with another drone in the receiver's place: what comes back is not its instrument's";
 
 pub(crate) const GAIN: Fault = Fault {
     name: "sensor_gain",
@@ -116,7 +122,7 @@ pub(crate) const LAG: Fault = Fault {
     closure_error: 0.02,
     settled_by: THERE_AND_BACK,
     change: |p, h| h.sensor.lag_s = p[0],
-    shown: |shows| shows.moves || shows.probes,
+    shown: |shows| shows.moves || shows.probes || shows.receiver_travels,
     ..GAIN
 };
 

@@ -1,11 +1,12 @@
 //! What a recording can show.
 
+use airflow::Superposition;
 use airflow::effects::WakeLean;
 use nalgebra::{Vector2, Vector3};
 
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::{Channel, Sample};
-use crate::record::baseline::{Observation, Upper};
+use crate::record::baseline::{Baseline, Delay, Observation, Upper};
 use crate::record::recording::{Role, Vehicle};
 
 /// What a recording has that effects need.
@@ -34,10 +35,16 @@ pub(crate) struct Shows {
     pub(crate) climbs: bool,
     /// Whether the receiver's battery voltage varies.
     pub(crate) battery: bool,
-    /// Whether a receiver moves.
+    /// Whether a receiver moves by as much as changes the air that it meets.
     pub(crate) receiver_moves: bool,
+    /// Whether a receiver moves at all.
+    pub(crate) receiver_travels: bool,
     /// Whether the baseline simulates axial speed alone.
     pub(crate) axial_only: bool,
+    /// Exponent by which jets add up in the baseline.
+    pub(crate) merging: f64,
+    /// Age of the air in the baseline over that at the centreline's speed; 0: it takes no time.
+    pub(crate) lag_factor: f64,
     /// Times of the first and the last sample (s).
     pub(crate) span_s: [f64; 2],
     /// Highest reading, in the channel's unit.
@@ -68,6 +75,24 @@ pub(crate) fn lean<'v>(vehicles: impl Iterator<Item = &'v Vehicle>) -> bool {
     50 * leaning > all
 }
 
+/// The exponent of the sum that a baseline declares. That of the strongest jet alone is infinite:
+/// as much as the effect's range has.
+pub(crate) fn merging(baseline: &Baseline) -> f64 {
+    match baseline.superposition {
+        Superposition::Linear => 1.0,
+        Superposition::Momentum => 2.0,
+        Superposition::Strongest => 4.0,
+    }
+}
+
+/// What a baseline declares as the age of the air, over that at the centreline's speed.
+pub(crate) fn lag_factor(baseline: &Baseline) -> f64 {
+    match baseline.delay {
+        Delay::None => 0.0,
+        Delay::Transport { convection } => convection.recip(),
+    }
+}
+
 /// The least and the greatest value.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -75,20 +100,29 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// Whether a receiver climbs or flies forward at a tenth of its own induced velocity in more than
-/// 2 % of the samples.
-fn receiver_moves(observed: &Observed) -> bool {
+/// Whether a receiver flies faster than this, of its own induced velocity (m/s), in more than 2 %
+/// of the samples.
+fn receiver_moves(observed: &Observed, least_mps: impl Fn(f64) -> f64) -> bool {
     let recording = observed.recording;
     let moves = |sample: &Sample| {
         let vehicle = recording.vehicles.get(sample.subject as usize)?;
         let velocity_mps = vehicle.track.velocity_at(vehicle.track.moment(sample.t_s)?);
-        Some(velocity_mps.norm() > 0.1 * recording.hover_mps(vehicle))
+        Some(velocity_mps.norm() > least_mps(recording.hover_mps(vehicle)))
     };
     let moving = observed.samples.iter().filter(|s| moves(s) == Some(true));
     moving.count() as f64 > 0.02 * observed.samples.len() as f64
 }
 
 impl Shows {
+    /// The value of an effect's first parameter that the baseline has instead of none.
+    pub(super) fn declared(&self, effect: &str) -> Option<f64> {
+        match effect {
+            "jet_merging" => Some(self.merging),
+            "wake_transport" => Some(self.lag_factor),
+            _ => None,
+        }
+    }
+
     pub(super) fn of(observed: &Observed) -> Shows {
         let recording = observed.recording;
         let emits = |v: &&Vehicle| v.role != Role::Receiver && recording.baseline.wakes;
@@ -101,6 +135,7 @@ impl Shows {
             inside as f64 / observed.samples.len().max(1) as f64
         };
         let [low_v, high_v] = range("battery V");
+        let receives = observed.channel != Channel::Speed;
         Shows {
             air: !emitters.is_empty(),
             probes: observed.channel == Channel::Speed,
@@ -117,8 +152,12 @@ impl Shows {
             leans: lean(emitters.iter().copied()),
             climbs: share("climb m/s", &|v| v.abs() > 0.1) > 0.02,
             battery: low_v > 0.0 && high_v > 1.01 * low_v && observed.channel != Channel::Power,
-            receiver_moves: observed.channel != Channel::Speed && receiver_moves(observed),
+            receiver_moves: receives && receiver_moves(observed, |hover_mps| 0.1 * hover_mps),
+            // As of the emitters.
+            receiver_travels: receives && receiver_moves(observed, |_| 0.1),
             axial_only: recording.baseline.observation == Observation::AxialAndAmbient,
+            merging: merging(&recording.baseline),
+            lag_factor: lag_factor(&recording.baseline),
             span_s: range("time s"),
             fastest: observed.recorded().into_iter().fold(0.0, f64::max),
         }

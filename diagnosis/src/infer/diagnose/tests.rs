@@ -3,10 +3,17 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use airflow::Superposition;
+use nalgebra::Vector3;
+
 use super::*;
 use crate::forward::simulate::{Sample, simulate};
+use crate::infer::advice::narrowing;
 use crate::infer::finding::Verdict;
+use crate::infer::outside::EXPECTED_READING;
+use crate::record::baseline::Delay;
 use crate::record::read::read_folder;
+use crate::record::recording::{ReceiverSample, Role};
 use crate::record::remark::RemarkKind;
 use crate::statistics::draws::Draws;
 
@@ -32,10 +39,18 @@ pub(crate) fn hall() -> Recording {
     read_folder("hall", &files).expect("it ships")
 }
 
-/// The draughty hall with other readings: what is made of each simulated sample, with the
-/// instrument's scatter (5 cm/s, and 5 % of the speed) and resolution.
+/// The draughty hall with other readings.
 fn read_as(seed: u64, reads_mps: impl Fn(&Sample, &mut Draws) -> f64) -> Recording {
-    let mut recording = hall();
+    read_of(hall(), seed, reads_mps)
+}
+
+/// Other readings: what is made of each simulated sample, with the instrument's scatter (5 cm/s,
+/// and 5 % of the speed) and resolution.
+fn read_of(
+    mut recording: Recording,
+    seed: u64,
+    reads_mps: impl Fn(&Sample, &mut Draws) -> f64,
+) -> Recording {
     let random = &mut Draws::new(seed);
     let simulated = simulate(&recording).samples;
     let probes = recording.probes.as_mut().expect("it has probes");
@@ -173,4 +188,251 @@ fn a_ceiling_from_some_moment_on_has_its_level_from_then_on_and_keeps_its_moment
     );
     assert!((y_max.value - top_mps).abs() < 0.02, "{parameters:?}");
     assert_eq!((&*t0.unit, &*y_max.unit), ("s", "m/s"));
+}
+
+/// The same hall with another drone beside its own.
+fn doubled() -> Recording {
+    let mut recording = hall();
+    let mut second = recording.vehicles[0].clone();
+    second.id = "second".to_owned();
+    let places = second.track.position_m.iter_mut();
+    places.for_each(|place| place.x += 0.16);
+    recording.vehicles.push(second);
+    recording
+}
+
+/// A drone that hovers, and one that passes below it with a throttle that follows the air as it
+/// should, its readings taken so much too late (s).
+fn passing(seed: u64, late_s: f64) -> Recording {
+    let mut recording = hall();
+    recording.probes = None;
+    let emitter = &mut recording.vehicles[0];
+    let hover_m = emitter.track.position_m[0];
+    emitter.track.position_m.fill(hover_m);
+    emitter.track.velocity_mps.fill(Vector3::zeros());
+    let mut receiver = emitter.clone();
+    receiver.id = "low".to_owned();
+    receiver.role = Role::Receiver;
+    (receiver.track.throttle_ratio, receiver.track.power_w) = (None, None);
+    let x_m = |t_s: f64| 1.5 * (TAU * t_s / 40.0).sin();
+    for (i, &t_s) in receiver.track.t_s.iter().enumerate() {
+        receiver.track.position_m[i] = hover_m + Vector3::new(x_m(t_s), 0.1, -1.5);
+        receiver.track.velocity_mps[i] = Vector3::x() * (x_m(t_s + 0.5) - x_m(t_s - 0.5));
+    }
+    let last_s = *receiver.track.t_s.last().expect("it flies");
+    recording.vehicles.push(receiver);
+    let reading = |i: u32| ReceiverSample {
+        t_s: 1.0 + 0.25 * f64::from(i),
+        vehicle: 1,
+        throttle_ratio: 1.0,
+        battery_v: None,
+    };
+    let readings = (0..).map(reading).take_while(|of| of.t_s < last_s - 2.0);
+    recording.receivers = readings.collect();
+    let mut shifted = recording.clone();
+    let rows = shifted.receivers.iter_mut();
+    rows.for_each(|row| row.t_s += late_s);
+    let random = &mut Draws::new(seed);
+    for of in simulate(&shifted).samples {
+        recording.receivers[of.row].throttle_ratio = of.simulated + 0.01 * random.normal();
+    }
+    recording
+}
+
+fn named(found: &Finding) -> Vec<&str> {
+    found.effects.iter().map(|of| of.name.as_str()).collect()
+}
+
+#[test]
+fn what_a_recording_declares_is_neutral_and_what_the_air_did_instead_is_named() {
+    let plain = |of: &Sample, _: &mut Draws| of.simulated;
+    let declared = [Superposition::Momentum, Superposition::Linear];
+    for (k, declared) in (0..).zip(declared) {
+        let mut recording = doubled();
+        recording.baseline.superposition = declared;
+        let found = diagnose(&read_of(recording.clone(), 10 + k, plain)).expect("comparable");
+        assert_eq!(
+            found.verdict,
+            Verdict::None,
+            "{declared}: {:?}",
+            found.effects
+        );
+        let merges = found.detectable.iter().find(|of| of.name == "jet_merging");
+        assert!(merges.is_some_and(|of| of.departure.is_finite()));
+        let mut read = read_of(recording, 10 + k, plain);
+        let others = [Superposition::Linear, Superposition::Momentum];
+        read.baseline.superposition = others[k as usize];
+        let found = diagnose(&read).expect("comparable");
+        assert_eq!(named(&found), ["jet_merging"], "as {declared}");
+        let q = &found.effects[0].parameters["q"];
+        assert!((q.value - [2.0, 1.0][k as usize]).abs() < 0.1, "{q:?}");
+    }
+    let mut sweeping = hall();
+    let track = &mut sweeping.vehicles[0].track;
+    for (i, &t_s) in track.t_s.iter().enumerate() {
+        let phase = TAU * t_s / 8.3;
+        track.position_m[i].x += 0.6 * phase.sin();
+        track.velocity_mps[i].x += 0.6 * TAU / 8.3 * phase.cos();
+    }
+    let mut read = read_of(sweeping, 12, plain);
+    read.baseline.delay = Delay::Transport { convection: 1.0 };
+    let found = diagnose(&read).expect("comparable");
+    assert_eq!(named(&found), ["wake_transport"], "{found:#?}");
+    let m = &found.effects[0].parameters["m"];
+    assert!(m.value < 0.1 && !m.at_bound, "{m:?}");
+}
+
+#[test]
+fn a_clock_that_is_off_is_named_where_the_receiver_alone_moves() {
+    let found = diagnose(&passing(13, 0.6)).expect("comparable");
+    assert_eq!(named(&found), ["clock_misalignment"]);
+    let dt = &found.effects[0].parameters["dt"];
+    assert!((dt.value - 0.6).abs() < 0.1, "{dt:?}");
+    let found = diagnose(&passing(14, 0.0)).expect("comparable");
+    assert_eq!(found.verdict, Verdict::None, "{:?}", found.effects);
+}
+
+#[test]
+fn an_instrument_that_cannot_be_told_from_the_air_is_named_first() {
+    // Half of the jet, and all of the still air around it: a gain of a half but for the latter.
+    let ambient_mps = hall().environment.ambient_mps;
+    let weak = |of: &Sample, _: &mut Draws| ambient_mps.hypot(0.5 * of.air_mps);
+    let found = diagnose(&read_as(15, weak)).expect("comparable");
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.kind, Some(Kind::Sensor));
+    assert!(effect.alternatives.contains(&"momentum_scale".to_owned()));
+    let gain = |name: &str| {
+        found
+            .candidates
+            .iter()
+            .find(|of| of.name == name)
+            .map(|of| of.gain)
+    };
+    assert!(gain("momentum_scale") > gain("sensor_gain"));
+}
+
+#[test]
+fn the_scale_of_an_instrument_is_told_only_where_it_beats_every_effect() {
+    let mut recording = doubled();
+    recording.baseline.superposition = Superposition::Strongest;
+    let mut read = read_of(recording, 16, |of, _| of.simulated);
+    read.baseline.superposition = Superposition::Linear;
+    let found = diagnose(&read).expect("comparable");
+    // The strongest jet alone is no exponent within the range.
+    let best = &found.candidates[0];
+    assert!(best.name == "jet_merging" && best.at_bound, "{best:?}");
+    let on = found.shape.iter().flat_map(|shape| &shape.depends_on);
+    let on: Vec<&str> = on.map(|(name, _)| name.as_str()).collect();
+    assert!(!on.contains(&EXPECTED_READING), "{on:?}");
+    // What any function of the covariates takes from what is left is told all the same.
+    assert!(found.remains.gain_error > 0.0, "{:?}", found.remains);
+}
+
+/// The hall with a second probe beside the first.
+fn two_probes() -> Recording {
+    let mut recording = hall();
+    let probes = recording.probes.as_mut().expect("it has probes");
+    let mut second = probes.samples.clone();
+    for sample in &mut second {
+        sample.probe_id = 1;
+        sample.position_m.x += 0.1;
+    }
+    probes.samples.extend(second);
+    recording
+}
+
+#[test]
+fn what_is_of_one_of_several_probes_is_told_by_its_number() {
+    let recording = two_probes();
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let own = |i: &usize| observed.samples[*i].subject == 1;
+    let of_one: Vec<usize> = (0..observed.samples.len()).filter(own).collect();
+    let weight = |i: usize| if own(&i) { 1.0 } else { 0.05 };
+    assert_eq!(one_probe(&observed, weight), Some(1));
+    assert_eq!(one_probe(&observed, |_| 1.0), None);
+    let (words, ends) = bounds(&observed, &of_one);
+    assert!(words == "probe 1" && ends.is_empty(), "{words}");
+    let (words, _) = bounds(&observed, &of_one[..of_one.len() / 3]);
+    assert!(
+        words.starts_with("probe 1, ") && words.contains("time s"),
+        "{words}"
+    );
+}
+
+#[test]
+fn no_sweep_of_time_or_azimuth_is_advised_and_probes_are_swapped() {
+    let shape = |names: &[(&str, f64)]| Shape {
+        depends_on: names
+            .iter()
+            .map(|(n, share)| ((*n).to_owned(), *share))
+            .collect(),
+        curve: vec![(0.0, 0.0), (1.0, 1.0)],
+        expression: None,
+        expression_share: 0.0,
+        nearest: None,
+        period_s: None,
+        spans_s: Vec::new(),
+        is_predictable: true,
+        correction: Vec::new(),
+        left: Vec::new(),
+        tolerance: [0.0; 2],
+    };
+    let first = |names: &[(&str, f64)]| narrowing(&shape(names)).swap_remove(0);
+    assert!(first(&[("time s", 0.5), ("probe", 0.4)]).contains("one another's places"));
+    assert!(first(&[("xi", 0.9), ("probe", 0.1)]).contains("sweep of xi"));
+    for name in ["time s", "cos az", EXPECTED_READING] {
+        assert!(!first(&[(name, 1.0)]).contains("sweep"), "{name}");
+    }
+}
+
+#[test]
+fn a_region_has_bounds_where_it_is_a_part_and_is_everywhere_where_it_is_not() {
+    let recording = hall();
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let count = observed.samples.len();
+    let place = |inside: Vec<usize>| bounds(&observed, &inside);
+    let (words, ends) = place((0..count - count / 20).collect());
+    assert!(words == "everywhere" && ends.is_empty(), "{words}");
+    let (words, ends) = place((0..count).step_by(2).collect());
+    assert!(words.starts_with("scattered") && ends.is_empty(), "{words}");
+    let (words, _) = place((0..count / 3).collect());
+    assert!(words.contains("time s"), "{words}");
+}
+
+#[test]
+fn a_channel_that_cannot_be_compared_is_named_with_what_it_lacks() {
+    let mut recording = hall();
+    let asked = |recording: &Recording, channel| {
+        let error = diagnose_channel(recording, channel).expect_err("there is none");
+        error.to_string()
+    };
+    let error = asked(&recording, Some(Channel::Power));
+    assert!(
+        error.contains("no power, for receiver.csv is missing"),
+        "{error}"
+    );
+    recording.probes = None;
+    let error = asked(&recording, Some(Channel::Speed));
+    assert!(
+        error.contains("no speed, for probes.csv is missing"),
+        "{error}"
+    );
+    assert!(!error.contains("throttle"), "{error}");
+}
+
+#[test]
+fn what_settles_a_fault_of_a_receiver_needs_no_probe() {
+    let recording = passing(18, 0.0);
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let candidates = applicable(&observed);
+    let faults = candidates.iter().filter(|of| of.kind == Kind::Sensor);
+    let settled_by: Vec<&str> = faults.map(|of| of.settled_by).collect();
+    assert!(!settled_by.is_empty());
+    assert!(
+        settled_by
+            .iter()
+            .all(|line| !line.contains("the probe") && !line.contains("second"))
+    );
 }

@@ -43,6 +43,7 @@ pub(super) fn probes(
     let columns = table.columns(&wanted, &[], found)?;
     let rows = table.read(&columns, columns.get(1).copied(), found);
     let mut samples = Vec::with_capacity(rows.lines.len());
+    let mut are_numbered = true;
     for (row, &line) in rows.lines.iter().enumerate() {
         let at = |column: usize| rows.numbers[column][row];
         let (t_s, id) = (at(0), at(1));
@@ -52,8 +53,19 @@ pub(super) fn probes(
         // Exact for every id that passes the comparison; the cast saturates for the others.
         let probe_id = id as u32;
         if f64::from(probe_id) != id {
-            let message = format!("is {id}; it must be a whole number, 0 or more");
-            found.problem(Problem::field(PROBES, "probe_id").line(line), message);
+            are_numbered = false;
+            let cell = rows.named.get(row).map_or("", |&name| &rows.names[name]);
+            let wanted = "it must be a whole number, 0 or more";
+            let message = match (id.is_nan(), cell.trim().is_empty()) {
+                (true, true) => Some(format!("is empty; {wanted}")),
+                // Where it was read it was told.
+                (true, false) => None,
+                _ => Some(format!("is {id}; {wanted}")),
+            };
+            let place = Problem::field(PROBES, "probe_id").line(line);
+            message
+                .into_iter()
+                .for_each(|text| found.problem(place.clone(), text));
         }
         samples.push(ProbeSample {
             t_s,
@@ -62,7 +74,10 @@ pub(super) fn probes(
             speed_mps: at(5),
         });
     }
-    judge(&mut samples, (instrument, floor_z_m), found);
+    // Whose readings they are is not known otherwise.
+    if are_numbered {
+        judge(&mut samples, (instrument, floor_z_m), found);
+    }
     if !samples.is_empty() && samples.iter().all(|sample| sample.speed_mps.is_nan()) {
         let help = found.remarks.last().map(|remark| remark.message.clone());
         let message = "no reading of any probe can be used";
@@ -241,14 +256,8 @@ mod tests {
     use super::*;
     use crate::record::recording::Measures;
 
-    #[test]
-    fn of_a_long_table_every_probe_keeps_every_second_row() {
-        let mut text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n".to_owned();
-        for row in 0..1_060_000_u32 {
-            let (t_s, probe) = (f64::from(row / 2), row % 2);
-            writeln!(text, "{t_s},{probe},0,0,1,{}.{}", 1 + probe, row % 7).expect("memory");
-        }
-        let instrument = Instrument {
+    fn vane() -> Instrument {
+        Instrument {
             kind: "vane".into(),
             measures: Measures::SpeedMagnitude,
             rate_hz: 0.5,
@@ -256,9 +265,28 @@ mod tests {
             accuracy_abs_mps: 0.03,
             accuracy_rel: 0.05,
             resolution_mps: 0.01,
-        };
+        }
+    }
+
+    #[test]
+    fn a_probe_without_a_number_is_told_once_a_row() {
+        let text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n0,left,0,0,1,2\n2,,0,0,1,2\n4,-1,0,0,1,2\n";
         let mut found = Found::default();
-        let read = probes(text.as_bytes(), (&instrument, None), &mut found).expect("in order");
+        probes(text.as_bytes(), (&vane(), None), &mut found);
+        let told: Vec<String> = found.problems.iter().map(ToString::to_string).collect();
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(!told.concat().contains("NaN"), "{told:?}");
+    }
+
+    #[test]
+    fn of_a_long_table_every_probe_keeps_every_second_row() {
+        let mut text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n".to_owned();
+        for row in 0..1_060_000_u32 {
+            let (t_s, probe) = (f64::from(row / 2), row % 2);
+            writeln!(text, "{t_s},{probe},0,0,1,{}.{}", 1 + probe, row % 7).expect("memory");
+        }
+        let mut found = Found::default();
+        let read = probes(text.as_bytes(), (&vane(), None), &mut found).expect("in order");
         assert!(found.problems.is_empty(), "{:?}", found.problems);
         for probe in [0, 1] {
             let own = read.samples.iter().filter(|of| of.probe_id == probe);

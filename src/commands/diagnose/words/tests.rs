@@ -52,6 +52,7 @@ fn shape(random: &mut Draws) -> Shape {
         is_predictable,
         correction: Vec::new(),
         left: Vec::new(),
+        tolerance: [0.02, 0.01],
     }
 }
 
@@ -150,6 +151,8 @@ fn finding(seed: u64) -> Finding {
             rms_after_low: 0.9 * after,
             rms_after_high: 1.1 * after,
             noise_floor: after * random.between(0.2, 1.2),
+            tolerance_before: [random.between(-0.05, 0.05), 0.01],
+            tolerance_after: [0.0, 0.0],
         },
         candidates,
         advice,
@@ -338,4 +341,29 @@ fn of_a_candidate_always_and_from_some_moment_on_the_one_that_was_taken_is_marke
     let mut rows = text.lines().filter(|line| line.ends_with("taken"));
     let row = rows.next().unwrap_or_default();
     assert!(row.contains("t0") && rows.next().is_none(), "{text}");
+}
+
+#[test]
+fn errors_are_printed_with_the_gain_and_the_offset_that_they_contain() {
+    holds(|finding, text| {
+        let [gain, _] = finding.held_out.tolerance_before;
+        let percent = format!("tolerance: {:+.1} % and +0.010 m/s before", 100.0 * gain);
+        text.contains(&percent.replace("-0.0 %", "+0.0 %"))
+    });
+}
+
+#[test]
+fn what_a_shape_leaves_is_told_as_what_names_leave() {
+    holds(|finding, text| {
+        let still = text.contains("are still");
+        text.contains("WHAT REMAINS") && (!still || is_unquiet(finding))
+    });
+}
+
+#[test]
+fn no_runner_up_is_missed_where_nothing_is_named_and_nothing_is_detected_of_no_size() {
+    holds(|finding, text| !text.contains("No runner-up is left") || finding.effects.len() == 1);
+    let mut finding = finding(1);
+    finding.detectable[0].departure = 0.0003;
+    assert!(text(&finding).contains("below 0.001"), "{}", text(&finding));
 }
