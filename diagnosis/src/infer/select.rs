@@ -59,10 +59,11 @@ const TIE_ERRORS: f64 = 2.0;
 const TIE_MOST_SHARE: f64 = 0.5;
 const TIE_SHARE: f64 = 0.04;
 const TIE_GAIN: f64 = 2.0;
-/// How many are paired with the best single, and how many singles among themselves; how many more
-/// are tried in the place of each of a chosen pair. Chosen here, for time.
+/// How many are paired with the best single, and how many singles among themselves, so that an
+/// instrument's fault that ranks low beside an effect is tried with it; how many more are tried in
+/// the place of each of a chosen pair. Chosen here, for time.
 const PAIRED: usize = 7;
-const PAIRED_SINGLES: usize = 4;
+const PAIRED_SINGLES: usize = 8;
 const RIVALS: usize = 3;
 /// Least promise (χ²) of a second with which a pair is fitted: half of what a term needs, since
 /// half of it shows from a start that points to the side.
