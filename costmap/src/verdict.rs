@@ -92,7 +92,7 @@ pub struct Verdict {
     pub blockers: Vec<Blocker>,
     /// The zone (its index) for which its wake alone is too strong.
     pub breaks_zone: Option<usize>,
-    /// Extra energy of everyone affected, in seconds of its own hovering in still air.
+    /// Extra energy of all that are affected, in seconds of its own hovering in still air.
     pub price_s: f64,
     /// What the leg meets of others' wakes, while it is judged, and theirs in its way.
     pub(crate) met: Vec<(Incoming, Blocker)>,

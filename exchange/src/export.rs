@@ -630,6 +630,12 @@ fn write_skybrush(
             "{of_drones}: the .skyc has them, the .skyb files have not"
         ));
     }
+    let begins_s = kept.begins_s();
+    if begins_s != 0.0 && !kept.lights.is_empty() {
+        lost(&format!(
+            "the show begins at {begins_s} s: the .skyc keeps that, the flight of a .skyb begins at 0 and its light program does not"
+        ));
+    }
     if courses.iter().any(|it| !it.lands) {
         lost(
             "drones that end hovering: Skybrush takes their last height for the ground they land on",

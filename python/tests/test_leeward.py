@@ -62,7 +62,7 @@ def two():
 
 def test_the_air_is_the_jet_of_the_paper():
     mass_kg, diameter_m, l_m = 0.230, 0.0737, 0.118
-    density = 101_325.0 * 0.028966 / (8.3144 * 288.15)
+    density = 101_325.0 * 0.028966 / (8.3144 * 293.15)
     disc_m2 = 4 * np.pi * (diameter_m / 2) ** 2
     u_h = np.sqrt(mass_kg * 9.81 / (2 * density * disc_m2))
     air = leeward.Air("kolibri")

@@ -187,7 +187,9 @@ fn share(drone: &DronePlan, stops: &mut [Stop]) {
     };
     let each_s: Vec<f64> = stops.iter().map(takes_s).collect();
     let all_s: f64 = each_s.iter().sum();
-    let is_counted = drone.waits_s > 0.0 || drone.alone_s > 0.0;
+    // Who arrives as early as alone waits for none.
+    let is_as_alone = drone.alone_s > 0.0 && drone.arrives_s - drone.alone_s < SAME_TIME_S;
+    let is_counted = drone.waits_s > 0.0 || is_as_alone;
     let counted_s = match is_counted {
         true => drone.waits_s.min(all_s),
         false => stops.iter().map(stands_s).sum(),
@@ -345,10 +347,11 @@ mod tests {
         // None costs more than it takes.
         drone.waits_s = 40.0;
         assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
-        // A plan that does not count them, and one that counts none.
+        // A plan that does not count them, and a drone that is no later for them.
         drone.waits_s = 0.0;
+        (drone.alone_s, drone.arrives_s) = (8.0, 12.0);
         assert_eq!(costs(&drone), [Some(1.0), None, Some(3.0)]);
-        drone.alone_s = 8.0;
+        drone.alone_s = 12.0;
         assert_eq!(costs(&drone), [Some(0.0), None, Some(0.0)]);
         // A smooth one slows down for its stop, but not where it has dwelt.
         drone.waits_s = 5.6;

@@ -30,7 +30,7 @@ const RADII: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
 const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west"), (1.5, "south")];
 
 /// Covariates that a flight can be made to sweep: not what comes of others, nor time.
-const SWEPT: [&str; 10] = [
+const SWEPT: [&str; 16] = [
     "s/l",
     "r/l",
     "xi",
@@ -41,6 +41,13 @@ const SWEPT: [&str; 10] = [
     "height/half-width",
     "x m",
     "y m",
+    // Of flights.
+    "depth m",
+    "beside m",
+    "beside/half-width",
+    "own climb m/s",
+    "own speed m/s",
+    "emitter climb m/s",
 ];
 
 /// Measurements that would decide between what was chosen and what does as well, most telling

@@ -211,10 +211,13 @@ pub fn diagnose_channel(
     let is_of_probes = observed.channel == Channel::Speed;
     let shape = outside(&setting, &selection, &test, &left, is_of_probes);
     let shape = shape.and_then(|shape| standing(&setting, &selection, shape));
-    // Beyond a shape that predicts something, what trees still take from what it leaves.
-    let predicts = shape.as_ref().filter(|shape| shape.is_predictable);
-    let left = match predicts {
-        Some(shape) => trees::held_out(&observed.covariates, &shape.left, &noise),
+    // Beyond a shape that predicts something, what trees still take from what it leaves; beside one
+    // that does not, nothing is named.
+    let left = match &shape {
+        Some(shape) if shape.is_predictable => {
+            trees::held_out(&observed.covariates, &shape.left, &noise)
+        }
+        Some(_) => flexible(&setting, &selection.nothing.fit),
         None => left,
     };
     let remains = remains(&observed, &noise, &left);
@@ -396,7 +399,10 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
         rms_after_high: high,
         noise_floor: root_mean_square(setting.noise.sd()),
         tolerance_before: nothing.tolerance,
-        tolerance_after: shape.map_or(chosen.fit.tolerance, |shape| shape.tolerance),
+        tolerance_after: match shape {
+            Some(shape) if shape.is_predictable => shape.tolerance,
+            _ => chosen.fit.tolerance,
+        },
     };
     (held_out, less.p_of_loss())
 }
@@ -551,7 +557,7 @@ fn region(observed: &Observed, sd: &[f64], corrected: &[f64]) -> Region {
     if inside.is_empty() {
         return Region::default();
     }
-    let of_one = one_probe(observed, |i| {
+    let of_one = one_probe(observed, &inside, |i| {
         ((corrected[i] - simulated[i]) / sd[i]).powi(2)
     });
     if let Some(probe) = of_one {
@@ -566,14 +572,17 @@ fn region(observed: &Observed, sd: &[f64], corrected: &[f64]) -> Region {
     region
 }
 
-/// The one of several probes that has nearly all of some weights of the samples.
-fn one_probe(observed: &Observed, weight: impl Fn(usize) -> f64) -> Option<u32> {
+/// The one of several probes that has nearly all of the weight of some samples.
+fn one_probe(observed: &Observed, inside: &[usize], weight: impl Fn(usize) -> f64) -> Option<u32> {
     if observed.channel != Channel::Speed {
         return None;
     }
     let mut of_probes: BTreeMap<u32, f64> = BTreeMap::new();
-    for (i, sample) in observed.samples.iter().enumerate() {
-        *of_probes.entry(sample.subject).or_default() += weight(i);
+    for sample in &observed.samples {
+        of_probes.entry(sample.subject).or_default();
+    }
+    for &i in inside {
+        *of_probes.entry(observed.samples[i].subject).or_default() += weight(i);
     }
     let all: f64 = of_probes.values().sum();
     let is_most = |(_, own): &(&u32, &f64)| **own > NEARLY_ALL * all;

@@ -237,8 +237,16 @@ impl Running {
             let is_with_margin = violation.kind != violation.kind.without_margin();
             let early_s = if is_with_margin { margin_s } else { 0.0 };
             let is_early = |it: &Released| violation.from_s - early_s < it.at.seconds();
+            // With one that is gone the other alone can give way, if it has another path.
+            let has_none = |it: &Released| told.refused.iter().any(|out| out.name == it.drone);
+            let stays = |it: &Released| it.is_gone || is_early(it) || has_none(it);
+            let is_any_gone = involved.iter().any(|it| it.is_gone);
+            let is_too_late = match is_any_gone {
+                true => involved.iter().all(|it| stays(it)),
+                false => involved.iter().any(|it| is_early(it)),
+            };
             violation.from_s >= 0.0
-                && involved.iter().any(|it| is_early(it))
+                && is_too_late
                 // Who was sent into it could have been left where it was.
                 && !involved.iter().any(|it| it.is_sent && !is_early(it))
         };
@@ -587,6 +595,8 @@ struct Released {
     at: Tick,
     /// It has a path now to what it was told to do.
     is_sent: bool,
+    /// It stops, and is gone.
+    is_gone: bool,
 }
 
 /// What is remembered of a drone until it is known whether its change can be.
@@ -1088,10 +1098,10 @@ impl Turn<'_> {
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
             let is_forgiven = !agent.forgiven.is_empty();
             let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
-            // What is fixed, or gone soon, never does anything else.
+            // What is fixed never does anything else.
             let index = agent.drone.0 as usize;
             let track = &running.tracks[index];
-            let at = match track.is_fixed || track.is_gone {
+            let at = match track.is_fixed {
                 true => Tick::FOREVER,
                 false => tick.after(out),
             };
@@ -1100,6 +1110,7 @@ impl Turn<'_> {
                 drone: drone.name.clone(),
                 at,
                 is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
+                is_gone: track.is_gone,
             }
         };
         under_way.iter().zip(drones).map(released).collect()

@@ -511,14 +511,13 @@ impl Refusals<'_> {
             self.would_plan(&changed, &[drone])
         };
         let elsewhere = || {
+            // The task of a meeting is one of that drone.
             let own = &self.world.drones[drone.0 as usize];
-            let task = task_of(own)?;
+            let task = task_of(own).filter(|_| own.name == conflict.drone)?;
             let goal_m = own.tasks[task].to_m;
             let places_m = aside_m(goal_m).chain(above_m(goal_m));
-            let moved = (own.name == conflict.drone)
-                .then(|| self.planned_at(drone, task, places_m))
-                .flatten();
-            Some(moved?.to_m)
+            let moved = self.planned_at(drone, task, places_m)?;
+            Some(moved.to_m)
         };
         conflict.nearest_fix_m.filter(is_planned).or_else(elsewhere)
     }

@@ -111,7 +111,7 @@ impl Solved<'_> {
 }
 
 /// Paths by the rules of a world; where some drone has none, by those of the next of `weaker`
-/// worlds, each the same with a rule less. The first of those by which the fewest drones are
+/// worlds, each the same with some of its rules. The first of those by which the fewest drones are
 /// unplanned.
 ///
 /// # Errors

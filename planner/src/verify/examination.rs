@@ -330,7 +330,8 @@ impl Differences<'_> {
         );
         self.worst(k, stated, slack_mps);
         let (from_s, until_s) = drone.airborne_s;
-        let flies_s = until_s.map_or(0.0, |until_s| until_s - from_s).max(0.0);
+        let last_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
+        let flies_s = (until_s.unwrap_or(last_s).min(last_s) - from_s).max(0.0);
         let least_m = DOSE.1 + 2.0 * air::DOSE_FLOOR * u_h_mps * flies_s;
         let slack_m = DOSE.0 * met.dose_m + least_m;
         self.number(Some(k), "dose_m", stated.dose_m, (met.dose_m, slack_m));

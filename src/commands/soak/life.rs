@@ -322,7 +322,7 @@ impl Life {
                 change(revision - 1, at_s, late(&drone)),
                 Code::StaleRevision,
             ),
-            4 => (change(revision, at_s, late("nobody")), Code::UnknownDrone),
+            4 => (change(revision, at_s, late("unknown")), Code::UnknownDrone),
             5 => (
                 change(revision, at_s, json!({"late": {"drone": drone}})),
                 Code::Field,

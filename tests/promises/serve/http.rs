@@ -395,7 +395,7 @@ fn clients_that_flood_or_go_away_do_not_stop_others() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--most-waiting", "4"]);
     server.post(&requests()[0]);
-    // Half a head, half a body, a request whose answer nobody reads.
+    // Half a head, half a body, a request whose answer is not read.
     let whole = posted(r#"{"method": "plan"}"#);
     let mut held = Vec::new();
     for bytes in [&whole[..20], &whole[..whole.len() - 5], &whole[..]] {

@@ -78,6 +78,11 @@ impl Trial {
             let high = if is_share { 1.0 } else { high };
             let is_moment = parameter.fit_over == FitOver::Recording;
             let neutral = shows.declared(spec.name).unwrap_or(parameter.neutral);
+            // Between what is declared and none of it: less than that no plan could fly.
+            let low = match neutral > parameter.neutral {
+                true => low.max(parameter.neutral),
+                false => low,
+            };
             Parameter {
                 name: symbol,
                 unit: parameter.unit,

@@ -350,8 +350,9 @@ fn what_is_of_one_of_several_probes_is_told_by_its_number() {
     let own = |i: &usize| observed.samples[*i].subject == 1;
     let of_one: Vec<usize> = (0..observed.samples.len()).filter(own).collect();
     let weight = |i: usize| if own(&i) { 1.0 } else { 0.05 };
-    assert_eq!(one_probe(&observed, weight), Some(1));
-    assert_eq!(one_probe(&observed, |_| 1.0), None);
+    let all: Vec<usize> = (0..observed.samples.len()).collect();
+    assert_eq!(one_probe(&observed, &all, weight), Some(1));
+    assert_eq!(one_probe(&observed, &all, |_| 1.0), None);
     let (words, ends) = bounds(&observed, &of_one);
     assert!(words == "probe 1" && ends.is_empty(), "{words}");
     let (words, _) = bounds(&observed, &of_one[..of_one.len() / 3]);

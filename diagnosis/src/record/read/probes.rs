@@ -56,11 +56,12 @@ pub(super) fn probes(
             are_numbered = false;
             let cell = rows.named.get(row).map_or("", |&name| &rows.names[name]);
             let wanted = "it must be a whole number, 0 or more";
-            let message = match (id.is_nan(), cell.trim().is_empty()) {
-                (true, true) => Some(format!("is empty; {wanted}")),
+            let cell = cell.trim();
+            let message = match cell.parse::<f64>() {
+                _ if cell.is_empty() => Some(format!("is empty; {wanted}")),
                 // Where it was read it was told.
-                (true, false) => None,
-                _ => Some(format!("is {id}; {wanted}")),
+                Err(_) => None,
+                Ok(_) => Some(format!("is {id}; {wanted}")),
             };
             let place = Problem::field(PROBES, "probe_id").line(line);
             message
@@ -270,12 +271,12 @@ mod tests {
 
     #[test]
     fn a_probe_without_a_number_is_told_once_a_row() {
-        let text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n0,left,0,0,1,2\n2,,0,0,1,2\n4,-1,0,0,1,2\n";
+        let text = "t_s,probe_id,x_m,y_m,z_m,speed_mps\n0,left,0,0,1,2\n2,,0,0,1,2\n4,-1,0,0,1,2\n6,nan,0,0,1,2\n";
         let mut found = Found::default();
         probes(text.as_bytes(), (&vane(), None), &mut found);
         let told: Vec<String> = found.problems.iter().map(ToString::to_string).collect();
-        assert_eq!(told.len(), 3, "{told:?}");
-        assert!(!told.concat().contains("NaN"), "{told:?}");
+        assert_eq!(told.len(), 4, "{told:?}");
+        assert_eq!(told.concat().matches("NaN").count(), 1, "{told:?}");
     }
 
     #[test]

@@ -309,7 +309,7 @@ impl<'a> Attempt<'a> {
             };
             let mut hit: Vec<DroneId> = Vec::new();
             let mut allowed = true;
-            for leg in &stay {
+            for leg in self.agents[drone.0 as usize].flown(&stay).iter() {
                 self.costmap.judge(leg, &mut verdict);
                 let setting = self.setting();
                 let takeable =

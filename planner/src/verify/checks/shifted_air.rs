@@ -54,9 +54,9 @@ const CHUNK: usize = 32;
 /// drones in dense fleets are told up to 0.07 s more, which takes twice as long.
 const PARTS_LATE: usize = 20_000;
 
-/// Parts of one flight that are looked at where the air is only told, chosen here: some tenths of a
-/// second of work.
-const PARTS_TOLD: usize = 20_000;
+/// Parts of one slice of time that are looked at where the air is only told, chosen here: a few
+/// milliseconds of work.
+const PARTS_TOLD: usize = 4_000;
 /// What is not higher by this, over U_H, is not told as higher, chosen here: below the hundredths
 /// that are printed.
 const TOLD_ALPHA: f64 = 2e-3;
@@ -329,8 +329,8 @@ pub(crate) fn bounded<'a>(
 }
 
 /// The highest mean air over a receiver's discs with every drone on time, over all lags of the air
-/// and the moments of a span (s), to [`TOLD_ALPHA`] and a few percent; `None`: it is no more than
-/// that above what is known (m/s).
+/// and the moments of a span (s), to [`TOLD_ALPHA`] and a few percent, as far as that is looked for;
+/// `None`: none is found that is higher than that above what is known (m/s).
 pub(super) fn highest(
     slices: &[Bounded<'_>],
     within_s: Span,
@@ -339,23 +339,24 @@ pub(super) fn highest(
     // Where the bound is the highest is looked at first: it mostly settles the rest. Speeds are not
     // negative: their bits are in their order.
     let mut open = Queue::new();
-    for Bounded { slice, most_mps } in slices {
+    for (index, Bounded { slice, most_mps }) in slices.iter().enumerate() {
         let mut part = slice.whole(0.0);
         let (from_s, until_s) = part.span_s;
         part.span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
         if part.span_s.0 <= part.span_s.1 {
-            open.push(most_mps.to_bits(), (&slice.exposed, part));
+            open.push(most_mps.to_bits(), (index, part));
         }
     }
+    let mut looked_at = vec![0; slices.len()];
     let mut highest: Option<Moment> = None;
-    for _ in 0..PARTS_TOLD {
-        let Some((most, (exposed, part))) = open.pop() else {
-            break;
-        };
+    while let Some((most, (index, part))) = open.pop() {
+        let exposed = &slices[index].slice.exposed;
         let known = exposed.alpha(known_mps) + TOLD_ALPHA;
-        if f64::from_bits(most) <= exposed.mean_mps(known * WORSE) {
+        let is_settled = f64::from_bits(most) <= exposed.mean_mps(known * WORSE);
+        if is_settled || looked_at[index] == PARTS_TOLD {
             continue;
         }
+        looked_at[index] += 1;
         let (verdict, high_mps) = exposed.judge(part, Some(known));
         let halves = match verdict {
             Verdict::Clear => None,
@@ -367,7 +368,7 @@ pub(super) fn highest(
             }
         };
         for half in halves.into_iter().flatten() {
-            open.push(high_mps.to_bits(), (exposed, half));
+            open.push(high_mps.to_bits(), (index, half));
         }
     }
     highest

@@ -195,7 +195,7 @@ fn all_that_is_wrong_is_said_and_nothing_changes() {
     let (world, plan) = hall(10);
     let mut running = Running::new(world.clone(), plan.clone()).expect("its plan");
     let changes = [
-        late("nobody", 1.0),
+        late("unknown", 1.0),
         late("d1", f64::NAN),
         removed("d1"),
         retasked("d2", vec![task(99.0, 1.5, 1.5)]),
