@@ -329,8 +329,8 @@ pub(crate) fn bounded<'a>(
 }
 
 /// The highest mean air over a receiver's discs with every drone on time, over all lags of the air
-/// and the moments of a span (s), to [`TOLD_ALPHA`] and a few percent, as far as that is looked for;
-/// `None`: none is found that is higher than that above what is known (m/s).
+/// and the moments of a span (s), to [`TOLD_ALPHA`] and a few percent, as far as that is looked
+/// for; `None`: none is found that is higher than that above what is known (m/s).
 pub(super) fn highest(
     slices: &[Bounded<'_>],
     within_s: Span,
