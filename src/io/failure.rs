@@ -12,7 +12,7 @@ use diagnosis::infer::finding_file::NoFinding;
 use diagnosis::record::recording::Recording;
 use thiserror::Error;
 use tools::instances::InstanceError;
-use tools::table::joined;
+use tools::table::{first_few, joined};
 
 /// What keeps a command from answering.
 #[derive(Debug, Error)]
@@ -143,7 +143,7 @@ pub(crate) enum Failure {
     },
 }
 
-/// Most vehicles of which a message says what they lack. Chosen here: a look at them all.
+/// Most vehicles and recordings that a message lists. Chosen here: a look at them all.
 const MOST_LISTED: usize = 5;
 
 /// What follows the statement that there is nothing.
@@ -168,12 +168,9 @@ impl Failure {
     /// Names recordings that are no flight logs among others that are.
     pub(crate) fn not_only_flight_logs<'r>(others: impl Iterator<Item = &'r Recording>) -> Failure {
         let names: Vec<&str> = others.map(|one| one.name.as_str()).collect();
-        let more = names.len().saturating_sub(MOST_LISTED);
-        let mut others = joined(names.iter().take(MOST_LISTED), ", ");
-        if more > 0 {
-            others += &format!(" and {more} more");
+        Failure::NotOnlyFlightLogs {
+            others: first_few(names.iter(), MOST_LISTED, ", "),
         }
-        Failure::NotOnlyFlightLogs { others }
     }
 
     pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Failure {

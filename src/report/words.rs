@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
 
-pub(crate) use tools::table::{cell, count, figures, joined};
+pub(crate) use tools::table::{cell, count, figures, first_few, joined};
 
 /// Fleets up to this size are listed whole: chosen here, it fits on a screen or two.
 pub(crate) const LIST_ALL_UP_TO: usize = 40;
@@ -75,20 +75,6 @@ pub(crate) fn each_once<'a>(names: impl IntoIterator<Item = &'a str>) -> String 
     joined(tally(names).into_iter().map(|(name, _)| name), ", ")
 }
 
-/// The first few, and how many more there are: `a, b and 3 more`.
-pub(crate) fn first_few<T: ToString>(
-    all: impl ExactSizeIterator<Item = T>,
-    most: usize,
-    between: &str,
-) -> String {
-    let more = all.len().saturating_sub(most);
-    let shown = joined(all.take(most), between);
-    match more {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
-    }
-}
-
 /// Text as XML and HTML have it.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -122,13 +108,6 @@ pub(crate) const ALPHA: &str = "note: alpha is the mean downwash over a drone's 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_list_that_is_cut_says_how_many_more_there_are() {
-        let told = |most| first_few(["a", "b", "c"].iter(), most, ", ");
-        assert_eq!(told(3), "a, b, c");
-        assert_eq!(told(2), "a, b and 1 more");
-    }
 
     #[test]
     fn decimals_lose_idle_zeros_and_the_minus_of_nothing() {

@@ -85,6 +85,21 @@ pub fn joined<T: ToString>(words: impl IntoIterator<Item = T>, between: &str) ->
     words.join(between)
 }
 
+/// The first few, and how many more there are: `a, b and 3 more`.
+#[must_use]
+pub fn first_few<T: ToString>(
+    all: impl ExactSizeIterator<Item = T>,
+    most: usize,
+    between: &str,
+) -> String {
+    let more = all.len().saturating_sub(most);
+    let shown = joined(all.take(most), between);
+    match more {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
 /// `1 drone`, `5 drones`, `2 drones fly` from a count and the words for one and for many.
 #[must_use]
 pub fn count(number: usize, one: &str, many: &str) -> String {
@@ -94,6 +109,13 @@ pub fn count(number: usize, one: &str, many: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_list_that_is_cut_says_how_many_more_there_are() {
+        let told = |most| first_few(["a", "b", "c"].iter(), most, ", ");
+        assert_eq!(told(3), "a, b, c");
+        assert_eq!(told(2), "a, b and 1 more");
+    }
 
     #[test]
     fn a_table_is_markdown_with_its_alignment_and_no_bar_within_a_cell() {

@@ -417,7 +417,7 @@ pub(crate) struct Bounded<'a> {
     most_mps: f64,
 }
 
-/// What is open, each with a key: the highest has its turn first, of equals the last.
+/// What is open, each with a key: the highest comes first, of equals the last.
 struct Queue<K, T> {
     keys: BinaryHeap<(K, usize)>,
     items: Vec<Option<T>>,
