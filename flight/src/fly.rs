@@ -829,7 +829,7 @@ mod tests {
     }
 
     #[test]
-    fn late_air_arrives_when_its_time_has_come() {
+    fn advected_air_arrives_after_its_convective_delay() {
         // One comes in at 3 s, 4 m above the other.
         let low = drone(("low", "kolibri"), &[(9.0, [5.0, 5.0, 2.0])], "");
         let high = [(3.0, [5.0, 5.0, 6.0]), (9.0, [5.0, 5.0, 6.0])];

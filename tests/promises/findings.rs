@@ -1,10 +1,10 @@
 //! What a diagnosis found is flown: in the search's bounds, in the verifier, in what is written;
 //! and what cannot be is refused in words.
 
+mod advected;
 mod command;
 mod corrected_air;
 mod exposed;
-mod late_air;
 mod reading;
 
 use airflow::effects::{Crossflow, Effects, PayloadMass, WakeTilt};

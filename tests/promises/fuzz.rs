@@ -328,7 +328,7 @@ fn meshes_of_any_bytes_are_read_or_refused() {
 /// How late its drones may be is asked of one in so many plans.
 const LATE: u64 = 20;
 
-/// Plans of two or three drones: landing, payload, zones, a mesh, air that takes its time.
+/// Plans of two or three drones: landing, payload, zones, a mesh, advected wakes.
 fn plans() -> Vec<Plan> {
     let files = |file: &str| match file {
         "cube.obj" => Ok(CUBE.to_owned()),

@@ -1,8 +1,8 @@
 //! The verifier refuses what is wrong, accepts what is right, and misses nothing between samples.
 
+mod advected;
 mod air;
 mod foreign;
-mod late;
 mod margins;
 mod mutations;
 pub(crate) mod plans;

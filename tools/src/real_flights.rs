@@ -155,7 +155,7 @@ fn changes(rows: &[HardwareRow]) -> Vec<Vec<String>> {
     let line = |what: &str, answer: &str, of: &[&HardwareRow]| {
         let said = of.iter().filter(|row| said(row) == answer);
         let [least, most] = range(of.iter().map(|row| 100.0 * largest(row)));
-        let [low, high] = range(of.iter().map(|row| row.found.change.chance));
+        let [low, high] = range(of.iter().map(|row| row.found.change.p_value));
         vec![
             format!("CrazyPAD, {what}, {}", of.len()),
             "the normal flights of the same drone".to_owned(),

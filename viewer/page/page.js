@@ -701,7 +701,7 @@ addEventListener('hashchange', fromAddress);
 
 // Begin.
 document.title = $('title').textContent = data.scenario || 'plan';
-$('facts').title = data.convection ? `The plan holds for air of every speed in its range; wakes and curves show that of ${data.convection} of the centreline's.` : 'Wakes follow their drones without delay.';
+$('facts').title = data.convection ? `The plan holds for air of every speed in its range; wakes and curves show that of ${data.convection} of the centreline's.` : 'Wakes are quasi-static: they follow their drones without delay.';
 const failed = data.violation_count;
 $('status').textContent = failed ? `${data.status}: ${failed} violation${failed === 1 ? '' : 's'}` : data.status;
 $('status').classList.toggle('bad', data.status !== 'safe');

@@ -16,24 +16,24 @@ const GROWTH: f64 = 1e-9;
 pub struct Hung {
     /// Where; depths of what lies above are negative.
     pub section: Section,
-    /// It counts at once alone, as the near-field column does, and not as late as air may be.
-    pub at_once: bool,
+    /// It counts without delay alone, as the near-field column does.
+    pub is_quasi_static: bool,
     /// It hangs below the mover, and keeps the reference out: depths are negative.
     pub is_above: bool,
 }
 
-/// How late air may be down to a depth, in the units of the lengths and times asked for.
-pub trait Late {
+/// The convective delay down to a depth, in the units of the lengths and times asked for.
+pub trait ConvectiveDelay {
     /// Of the reference's air.
     fn of_reference(&self, depth: f64) -> f64;
     /// Of the mover's.
     fn of_mover(&self, depth: f64) -> f64;
 }
 
-/// Air that is there at once.
-pub struct AtOnce;
+/// Quasi-static wakes.
+pub struct QuasiStatic;
 
-impl Late for AtOnce {
+impl ConvectiveDelay for QuasiStatic {
     fn of_reference(&self, _: f64) -> f64 {
         0.0
     }
@@ -131,13 +131,13 @@ impl KeepOut {
     }
 
     /// By how much the mover is to begin after the reference, at least and at most, so that one of
-    /// them is in what it keeps clear, at once or as late as air may be; `None`: it never is. What
+    /// them is in what it keeps clear, at any convective delay; `None`: it never is. What
     /// lies between two separate spells counts as well.
     ///
     /// Of air at once that is how far the reference's moment is ahead of the mover's; air under way
     /// since `δ` delays the mover by as much where it is the reference's, and hurries it where it
     /// is its own. All delays from none to the longest make one interval, longer at one end.
-    pub fn delays(&self, relative: &Relative, late: &impl Late) -> Option<[f64; 2]> {
+    pub fn delays(&self, relative: &Relative, late: &impl ConvectiveDelay) -> Option<[f64; 2]> {
         let depths = relative.depths();
         let near = (depths[0] < self.body_radius && depths[1] > -self.body_radius)
             .then(|| relative.delays_near(self.body_radius));
@@ -147,10 +147,14 @@ impl KeepOut {
     }
 
     /// The same of air alone: below the reference, and above it.
-    pub fn air_delays(&self, relative: &Relative, late: &impl Late) -> [Option<[f64; 2]>; 2] {
+    pub fn air_delays(
+        &self,
+        relative: &Relative,
+        late: &impl ConvectiveDelay,
+    ) -> [Option<[f64; 2]>; 2] {
         [false, true].map(|is_above| {
             let met = self.met(relative, late);
-            let met = met.filter(|(it, _)| !it.at_once && it.is_above == is_above);
+            let met = met.filter(|(it, _)| !it.is_quasi_static && it.is_above == is_above);
             let delays = met.map(|(_, delays)| delays);
             delays.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
         })
@@ -160,7 +164,7 @@ impl KeepOut {
     fn met<'a>(
         &'a self,
         relative: &'a Relative,
-        late: &'a impl Late,
+        late: &'a impl ConvectiveDelay,
     ) -> impl Iterator<Item = (&'a Hung, [f64; 2])> {
         let depths = relative.depths();
         let nearest = relative.nearest([0.0; 2]);
@@ -187,13 +191,13 @@ impl KeepOut {
 impl Hung {
     /// How long its air outlasts the mover, and the reference, down to the deepest of some depths
     /// that are in it.
-    pub fn lasts(&self, [shallow, deep]: [f64; 2], late: &impl Late) -> [f64; 2] {
+    pub fn lasts(&self, [shallow, deep]: [f64; 2], late: &impl ConvectiveDelay) -> [f64; 2] {
         let Section {
             from_depth_m,
             to_depth_m,
             ..
         } = self.section;
-        match self.at_once {
+        match self.is_quasi_static {
             true => [0.0; 2],
             false if !self.is_above => [0.0, late.of_reference(deep.min(to_depth_m))],
             false => [late.of_mover((-shallow).min(-from_depth_m)), 0.0],

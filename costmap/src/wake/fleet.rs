@@ -336,13 +336,13 @@ impl Fleet {
     /// What two legs do to each other during the time they share, and while either of them, or the
     /// air of one, is earlier or later; `None` where that is nothing.
     ///
-    /// `ends` are the heights at which their wakes end (m). Air that takes its time has no mean
-    /// here, see `Fleet::price_s`; other air is priced as planned, and past a drone that stays
+    /// `ends` are the heights at which their wakes end (m). Advected wakes have no mean here,
+    /// see `Fleet::price_s`; quasi-static ones are priced as planned, and past a drone that stays
     /// where it is over the widened time.
     pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let shift = self.conditions.shift;
         if self.is_advected() {
-            return self.meet_late(first, second, ends);
+            return self.meet_advected(first, second, ends);
         }
         if shift == 0 {
             return self.meet_as_planned(first, second, ends);
@@ -358,7 +358,7 @@ impl Fleet {
     }
 
     /// [`Fleet::meet`] where wakes are advected.
-    fn meet_late(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+    fn meet_advected(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let shift = self.conditions.shift;
         let apart = |axis: usize| {
             let ends = |leg: &Leg| (leg.from_m[axis], leg.to_m[axis]);
@@ -387,8 +387,8 @@ impl Fleet {
         };
         if first.flying && second.flying {
             (meeting.column, meeting.load_on_first) =
-                self.late_wake([second, first], ends[1], apart_m);
-            let (column, load) = self.late_wake([first, second], ends[0], apart_m);
+                self.advected_wake([second, first], ends[1], apart_m);
+            let (column, load) = self.advected_wake([first, second], ends[0], apart_m);
             meeting.column |= column;
             meeting.load_on_second = load;
         }
@@ -397,7 +397,12 @@ impl Fleet {
 
     /// Whether a receiver may be in an emitter's column, and a bound on its budget that the wake
     /// fills (millionths), which ends at a height (m); the legs stay so far apart (m, level).
-    fn late_wake(&self, [emitter, receiver]: [&Leg; 2], end_z_m: f64, apart_m: f64) -> (bool, u32) {
+    fn advected_wake(
+        &self,
+        [emitter, receiver]: [&Leg; 2],
+        end_z_m: f64,
+        apart_m: f64,
+    ) -> (bool, u32) {
         let highest_m = |leg: &Leg| leg.from_m.z.max(leg.to_m.z);
         let lowest_m = |leg: &Leg| leg.from_m.z.min(leg.to_m.z);
         let depths_m = [
@@ -430,7 +435,7 @@ impl Fleet {
             || receiver.from_m.z != receiver.to_m.z
             || !(emitter.stays() || receiver.stays())
         {
-            return self.late_wake_in_region([emitter, receiver], delay, may_enter);
+            return self.advected_wake_in_region([emitter, receiver], delay, may_enter);
         }
         // Past what stays where it is, early and late are places on one line, at one depth.
         let path_m = |late: u32| {
@@ -456,7 +461,7 @@ impl Fleet {
 
     /// The same of legs of which both move, or one changes its height; the air is late by so much
     /// (ticks), at most.
-    fn late_wake_in_region(
+    fn advected_wake_in_region(
         &self,
         [emitter, receiver]: [&Leg; 2],
         delay: u32,
@@ -678,11 +683,11 @@ impl Fleet {
 
     /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies
     /// touch, in a column, or where one wake alone fills more than a share of the other's budget at
-    /// its air limit: one share at once, another as late as air may be. Kinds with air limits.
+    /// its air limit: one share quasi-static, another at any convective delay. Kinds with air limits.
     pub fn keep_out(
         &self,
         [first, second]: [(KindId, f64); 2],
-        [share, late_share]: [f64; 2],
+        [share, advected_share]: [f64; 2],
     ) -> KeepOut {
         let body_m = self.kind(first.0).body_radius_m + self.kind(second.0).body_radius_m;
         let below = |emitter: KindId, receiver: (KindId, f64)| {
@@ -690,18 +695,18 @@ impl Fleet {
                 return Vec::new();
             }
             let envelope = self.envelope(emitter.index(), receiver.0.index());
-            let above = |share: f64, at_once: bool| {
+            let above = |share: f64, is_quasi_static: bool| {
                 let sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
                 sections.into_iter().map(move |section| Hung {
                     section,
-                    at_once,
+                    is_quasi_static,
                     is_above: false,
                 })
             };
-            let late = self.is_advected().then(|| above(late_share, false));
+            let late = self.is_advected().then(|| above(advected_share, false));
             let column = Hung {
                 section: self.columns[emitter.index()],
-                at_once: true,
+                is_quasi_static: true,
                 is_above: false,
             };
             above(share, true)

@@ -124,14 +124,15 @@ pub struct Change {
     /// The same by modes: total, turn, and the two leans.
     pub modes: [f64; 4],
     /// p-value: how often normal flights are that far apart in any mode.
-    pub chance: f64,
+    #[serde(rename = "chance")]
+    pub p_value: f64,
 }
 
 impl Change {
     /// Whether normal flights are rarely that far apart.
     #[must_use]
     pub fn is_seen(&self) -> bool {
-        self.chance < LEAST_P
+        self.p_value < LEAST_P
     }
 }
 
@@ -228,12 +229,12 @@ impl Normal {
         let sd = self.scatter_between(these.len(), those.len());
         let farthest = modes.iter().zip(sd).map(|(m, sd)| (m / sd).abs());
         let farthest = farthest.fold(0.0, f64::max);
-        let chance = StudentsT::new(0.0, 1.0, self.freedom)
+        let p_value = StudentsT::new(0.0, 1.0, self.freedom)
             .map_or(1.0, |t| (4.0 * 2.0 * t.sf(farthest)).min(1.0));
         Change {
             motors,
             modes,
-            chance,
+            p_value,
         }
     }
 

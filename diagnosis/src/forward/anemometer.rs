@@ -55,7 +55,7 @@ fn magnitude_mps(flow: &Flow, measures: Measures, t_s: f64, velocity_mps: Vector
 pub struct Seen {
     /// Through the instrument as its maker declares it; `None` before it was looked for.
     course: Option<Course>,
-    /// From every moment of it every vehicle with a wake; empty where air takes its time: that is
+    /// From every moment of it every vehicle with a wake; empty where wakes are advected: that is
     /// left to each simulation.
     sightings: Vec<Sighting>,
     /// Vehicles with a wake.

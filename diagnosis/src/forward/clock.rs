@@ -10,7 +10,7 @@
 //! F_r(t) = g_r F_simulated,r(t; δ) + c_r + e,       |δ_v| ≤ bound,  δ = 0 for the reference
 //! ```
 //!
-//! It is an *effective* offset: air that takes its time from drone to drone shifts the force just
+//! It is an *effective* offset: a convective delay from drone to drone shifts the force just
 //! so, unless the baseline declares that delay. Two clocks alone cannot be told from it when the
 //! same drone is always the lower one.
 

@@ -187,7 +187,7 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
         let what = "neither margins nor limits of climb and descent: none are judged";
         remarks.push(format!("{FORMAT_BEFORE} states {what}"));
         if plan.quasi_static {
-            let what = "wakes are judged as they follow their drones at once";
+            let what = "wakes are judged as quasi-static: they follow their drones without delay";
             remarks.push(format!("{FORMAT_BEFORE} is quasi-static: {what}"));
         }
     } else if claims.margins.is_none() {
@@ -273,14 +273,14 @@ impl Plan {
     /// A contradiction, at its place.
     fn settle_delay(&mut self, claims: &Claims) -> Result<(), NotAPlan> {
         if self.format == FORMAT_BEFORE && claims.air_delay.is_some() {
-            let why = "plan/1 is quasi-static; air that takes its time is stated by plan/2";
+            let why = "plan/1 is quasi-static; advected wakes are stated by plan/2";
             return Err(NotAPlan::Contradiction("air_delay", why));
         }
         let convection = self.convection();
         let is_quasi_static = convection.is_none();
         match claims.quasi_static {
             Some(true) if !is_quasi_static => {
-                let why = "it is true, but the plan states that air takes its time";
+                let why = "it is true, but the plan states a convective delay";
                 return Err(NotAPlan::Contradiction("quasi_static", why));
             }
             Some(false) if is_quasi_static => {

@@ -49,7 +49,7 @@ pub struct Plan {
     /// Wakes follow their drones without delay: exactly where `air_delay` is `null`.
     #[serde(default = "is_quasi_static")]
     pub quasi_static: bool,
-    /// How late air may be; `null`: wakes are quasi-static, as in `plan/1`.
+    /// The convective delay of air; `null`: wakes are quasi-static, as in `plan/1`.
     #[serde(default)]
     pub air_delay: Option<AirDelay>,
     /// The air that the plan assumes.
@@ -136,7 +136,7 @@ fn is_quasi_static() -> bool {
     true
 }
 
-/// How late air may be while the plan holds.
+/// The convective delays for which the plan holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AirDelay {
@@ -180,8 +180,8 @@ impl Plan {
         Flown::of(&self.air.effects.unwrap_or_default()).unwrap_or_default()
     }
 
-    /// How late air may be: as the plan states it, and as its effects have it; `None`: wakes follow
-    /// their drones without delay.
+    /// The convective delay of air, as the plan states it and as its effects have it; `None`: wakes
+    /// are quasi-static.
     pub fn convection(&self) -> Option<Convection> {
         let stated = self.air_delay.map(|it| it.convection);
         self.flown().with_convection(stated).convection

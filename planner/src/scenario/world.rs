@@ -180,7 +180,7 @@ pub enum PathMotion {
 pub struct Relaxable {
     /// [`PathMotion::Smooth`], for straight motion.
     pub motion: bool,
-    /// Air that takes its time, for quasi-static wakes.
+    /// Advected wakes, for quasi-static ones.
     pub convection: bool,
 }
 

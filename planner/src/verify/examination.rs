@@ -18,7 +18,7 @@ use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation};
 
 /// The verifier's own error in the highest air: 0.1 % and 1e-4 U_H. Two programs may both err so.
 const AIR: (f64, f64) = (2e-3, 2e-4);
-/// The same where air takes its time: 2 % and 0.002 U_H, both below what it is.
+/// The same with advected wakes: 2 % and 0.002 U_H, both below what it is.
 const LATE_AIR: (f64, f64) = (2e-2, 2e-3);
 /// Sums over time are found to 0.1 % by the verifier; two programs may both err so, and energy goes
 /// with a power of the air. Besides, a millimetre of exposure and what it costs (m), chosen here,

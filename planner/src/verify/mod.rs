@@ -22,7 +22,7 @@
 //! | keep-out | no body in the zone, `tracking_m` around one that flies | subdivision, as obstacles | 5 mm |
 //! | collision, column with margins | each drone early or late by `time_s`, at any moment, and off its path by `tracking_m` while it flies (bodies) | both motions over time and shift, closed form | 1 mm, 1 µm |
 //! | obstacle with margin | `tracking_m` more for a drone that flies; tops within 0.5 m of its own pad exempt | subdivision | 5 mm |
-//! | air, zone where air takes its time | every delay from none to the longest: for drones one lag of all air at a time, for zones each drone's own | subdivision of time and lag on an upper bound | 0.002 U_H, 2 mm of path; 0.5 %, 1 cm |
+//! | air, zone with advected wakes | every delay from none to the longest: for drones one lag of all air at a time, for zones each drone's own | subdivision of time and lag on an upper bound | 0.002 U_H, 2 mm of path; 0.5 %, 1 cm |
 //! | air, zone with margins | each drone early or late by `time_s` | subdivision of time and of every shift on an upper bound | 0.002 U_H, 2 mm of path; 0.5 %, 1 cm |
 //!
 //! `clearance_m` is the planner's margin, not a rule: bodies are judged by their radii alone,

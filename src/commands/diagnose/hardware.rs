@@ -83,7 +83,7 @@ fn report(hardware: &Hardware) -> Report {
         let mut cells = vec![row.flight.clone()];
         cells.extend(motors(&row.found.change));
         cells.push(row.compared_with.to_string());
-        cells.push(format!("{:.4}", row.found.change.chance));
+        cells.push(format!("{:.4}", row.found.change.p_value));
         cells.push(row.found.to_string());
         cells
     };
@@ -129,7 +129,7 @@ fn report(hardware: &Hardware) -> Report {
             let mut cells = vec![called(it)];
             cells.extend(motors(drift));
             cells.push(it.normal_flights.to_string());
-            cells.push(format!("{:.4}", drift.chance));
+            cells.push(format!("{:.4}", drift.p_value));
             cells.push(
                 if drift.is_seen() {
                     "changed"

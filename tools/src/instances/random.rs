@@ -155,7 +155,7 @@ impl Made {
             draws.between(-20.0, 40.0),
             draws.between(70_000.0, 105_000.0),
         );
-        // Every third world has air that takes its time.
+        // Every third world has advected wakes.
         let late = match self.seed % 3 {
             0 => "convection: (0.6, 1.0)",
             _ => "",

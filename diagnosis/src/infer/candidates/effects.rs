@@ -202,7 +202,7 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
         &[&[1.1, 0.3], &[1.1, 0.5], &[1.1, 0.7]],
     )
     .settled_by(SCALE),
-    // The last where the recording declares air that takes its time.
+    // The last where the recording declares advected wakes.
     Trial::new("wake_transport", &[0.3], &[&[1.0], &[2.0], &[0.0]])
         .shown(|shows| shows.moves)
         .settled_by(THERE_AND_BACK),

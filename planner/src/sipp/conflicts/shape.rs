@@ -1,7 +1,7 @@
 //! How near two drones may be, by the height between them, and what follows for their steps.
 
 use costmap::verdict::price;
-use costmap::volumes::keep_out::{AtOnce, KeepOut, Late};
+use costmap::volumes::keep_out::{ConvectiveDelay, KeepOut, QuasiStatic};
 use costmap::volumes::relative::{Line, Relative};
 use costmap::wake::advected::Carrier;
 use costmap::wake::fleet::{BUDGET, Fleet, Meeting};
@@ -14,7 +14,7 @@ use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
 const ONE_WAKES_SHARE: f64 = 0.4;
-/// The same of air that comes late: chosen here. It is there for a part of the time for which it
+/// The same of advected wakes: chosen here. It is there for a part of the time for which it
 /// may be, and mostly alone.
 const LATE_WAKES_SHARE: f64 = 0.6;
 /// Prices below this are left to the verdict: chosen here, three hundredths of a second a step
@@ -40,8 +40,8 @@ pub(super) struct Shape {
     pub(super) extent: Extent,
     /// Where the first must not be, seen from the second (cells).
     pub(super) keep_out: KeepOut,
-    /// How late the air of both may be.
-    pub(super) lateness: Lateness,
+    /// The convective delays of the air of both.
+    pub(super) delays: ConvectiveDelays,
     /// Its radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the
     /// lowest on.
     at: Vec<f64>,
@@ -64,24 +64,24 @@ pub(super) struct Extent {
     pub(super) bodies: i32,
 }
 
-/// How late the air of two classes may be (ticks), by depth (cells): of the first, which moves, and
+/// The longest convective delay of the air of two classes \(ticks\), by depth (cells): of the first, which moves, and
 /// of the second.
 #[derive(Debug)]
-pub(super) struct Lateness {
+pub(super) struct ConvectiveDelays {
     carriers: [Carrier; 2],
     cell_m: f64,
     /// By how much two drones may be farther apart than it seems (m).
     astray_m: f64,
 }
 
-impl Lateness {
+impl ConvectiveDelays {
     /// Whether air takes no time.
     fn is_none(&self) -> bool {
         self.carriers.iter().all(|it| it.delay_ticks(1.0) == 0.0)
     }
 }
 
-impl Late for Lateness {
+impl ConvectiveDelay for ConvectiveDelays {
     fn of_reference(&self, depth: f64) -> f64 {
         self.carriers[1].delay_ticks(depth * self.cell_m + self.astray_m)
     }
@@ -206,7 +206,7 @@ impl Shape {
                 bodies: bodies.unwrap_or(most),
             },
             keep_out,
-            lateness: Lateness {
+            delays: ConvectiveDelays {
                 carriers: [me, other].map(|it| *fleet.carrier(it.kind)),
                 cell_m,
                 astray_m: 2.0 * fleet.conditions().astray_m,
@@ -264,7 +264,7 @@ impl Shape {
                 return 0;
             }
             // What is more is forbidden.
-            let most = match self.lateness.is_none() {
+            let most = match self.delays.is_none() {
                 true => ONE_WAKES_SHARE,
                 false => LATE_WAKES_SHARE,
             };
@@ -335,7 +335,7 @@ impl Shape {
     }
 
     /// When the two are too near one another if the second begins so many layers above the first,
-    /// at once or as late as air may be: from and to, as [`Span`] has it, before rounding; `None`:
+    /// at any convective delay: from and to, as [`Span`] has it, before rounding; `None`:
     /// never.
     pub(super) fn forbidden(
         &self,
@@ -344,7 +344,7 @@ impl Shape {
         layer: i32,
     ) -> Option<[f64; 2]> {
         let raised = level.raised(-f64::from(layer));
-        let [from, to] = self.keep_out.delays(&raised, &self.lateness)?;
+        let [from, to] = self.keep_out.delays(&raised, &self.delays)?;
         match (direction == STILL, others == STILL) {
             (true, true) => Some([-to, 1.0 - from]),
             // The second stands still at its moment zero.
@@ -385,7 +385,7 @@ impl Shape {
         let nearest = past.nearest([0.0; 2]);
         let radius = self.radius(low, high);
         // Only where the volume is that wide at any of these heights can it be met.
-        if nearest < radius && self.keep_out.delays(&past, &AtOnce).is_some() {
+        if nearest < radius && self.keep_out.delays(&past, &QuasiStatic).is_some() {
             return None;
         }
         Some(self.loads(low, high, nearest.max(radius), LEAST_SYNCHRONOUS))
@@ -395,7 +395,7 @@ impl Shape {
 /// How long ago, in rounds of steps that last as long, a step of the second forbids one of the
 /// first by its air.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct LateStep {
+pub(super) struct AdvectedStep {
     /// In the same round air of either is too much for the other.
     pub(super) now: bool,
     /// From so many rounds after it until so many; nothing where the first is 0.
@@ -405,26 +405,26 @@ pub(super) struct LateStep {
     pub(super) lasts: u8,
 }
 
-impl LateStep {
+impl AdvectedStep {
     /// Whether it means anything.
     pub(super) fn matters(&self) -> bool {
         self.now || self.rounds[0] > 0 || self.load > 0 && self.lasts > 0
     }
 }
 
-/// How late air may be, in rounds of so many ticks.
+/// The longest convective delay, in rounds of so many ticks.
 struct Rounds<'a> {
-    lateness: &'a Lateness,
+    delays: &'a ConvectiveDelays,
     ticks: f64,
 }
 
-impl Late for Rounds<'_> {
+impl ConvectiveDelay for Rounds<'_> {
     fn of_reference(&self, depth: f64) -> f64 {
-        self.lateness.of_reference(depth) / self.ticks
+        self.delays.of_reference(depth) / self.ticks
     }
 
     fn of_mover(&self, depth: f64) -> f64 {
-        self.lateness.of_mover(depth) / self.ticks
+        self.delays.of_mover(depth) / self.ticks
     }
 }
 
@@ -432,12 +432,12 @@ impl Shape {
     /// What air of earlier rounds means to the first, and that of this round to both, of two steps
     /// that last `ticks`: by how far each leads and where the second begins as seen from the first
     /// (cells), each of the two up to `shift` ticks early or late against the other.
-    pub(super) fn late(
+    pub(super) fn advected(
         &self,
         [mine, theirs]: [[f64; 3]; 2],
         offset: [f64; 3],
         (ticks, shift): (u32, f64),
-    ) -> LateStep {
+    ) -> AdvectedStep {
         let line = |by: [f64; 3], from: [f64; 3]| Line {
             origin: Vector3::from(from),
             velocity: Vector3::from(by),
@@ -445,7 +445,7 @@ impl Shape {
         let second = line(theirs, offset);
         let relative = Relative::new(&second, &line(mine, [0.0; 3]), [[0.0, 1.0]; 2]);
         let rounds = Rounds {
-            lateness: &self.lateness,
+            delays: &self.delays,
             ticks: f64::from(ticks),
         };
         let apart = shift / f64::from(ticks);
@@ -473,7 +473,7 @@ impl Shape {
         } else {
             0.0
         };
-        LateStep {
+        AdvectedStep {
             now: is_now(below) || is_now(above),
             rounds: later.unwrap_or_default(),
             load: if deep > 0.0 { load } else { 0 },

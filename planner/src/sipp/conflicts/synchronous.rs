@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::directions::{index, neighbour};
-use super::shape::{Extent, LateStep, Shape};
+use super::shape::{AdvectedStep, Extent, Shape};
 use super::steps::{Pace, Steps};
 
 /// Directions of a step along one axis, the first of them none.
@@ -120,8 +120,8 @@ pub(crate) struct SynchronousSteps<'a> {
     apart: f64,
     /// `[class][other class]`.
     tables: Vec<SynchronousTable>,
-    /// Whether air takes its time.
-    is_late: bool,
+    /// Whether wakes are advected.
+    is_advected: bool,
 }
 
 /// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen
@@ -153,8 +153,8 @@ impl<'a> SynchronousSteps<'a> {
         let ticks = ticks.max(slow);
         let apart = shift / f64::from(ticks);
         let count = steps.class_count();
-        let is_late = steps.lingers > 0;
-        let late = is_late.then_some((ticks, shift));
+        let is_advected = steps.lingers > 0;
+        let late = is_advected.then_some((ticks, shift));
         let shapes: Vec<&Shape> = steps.shapes().collect();
         let alone = (shapes.par_iter()).map(|shape| SynchronousTable::new(shape, apart, late));
         let mut tables: Vec<SynchronousTable> = alone.collect();
@@ -171,13 +171,13 @@ impl<'a> SynchronousSteps<'a> {
             ticks,
             apart,
             tables,
-            is_late,
+            is_advected,
         }
     }
 
     /// For how many rounds air matters after the one in which it left.
     pub(crate) fn rounds_back(&self) -> usize {
-        let all = self.tables.iter().flat_map(|table| &table.lates);
+        let all = self.tables.iter().flat_map(|table| &table.advected);
         let rounds = all.map(|it| it.rounds[1].max(if it.load > 0 { it.lasts } else { 0 }));
         usize::from(rounds.max().unwrap_or(0))
     }
@@ -185,11 +185,11 @@ impl<'a> SynchronousSteps<'a> {
     /// What air that the other left so many rounds ago fills of the budget of the one, in parts of
     /// [`super::steps::LOADS`]; `None`: it is too much by itself.
     pub(crate) fn meets_air(&self, one: &Stride, other: &Stride, rounds: usize) -> Option<u8> {
-        let late = self.late(one, other);
-        let [first, last] = late.rounds.map(usize::from);
+        let advected = self.advected(one, other);
+        let [first, last] = advected.rounds.map(usize::from);
         let is_met = first > 0 && (first..=last).contains(&rounds);
-        let load = match rounds <= usize::from(late.lasts) {
-            true => late.load,
+        let load = match rounds <= usize::from(advected.lasts) {
+            true => advected.load,
             false => 0,
         };
         if !is_met && load == 0 || !self.reaches(one, other) {
@@ -198,9 +198,9 @@ impl<'a> SynchronousSteps<'a> {
         (!is_met).then_some(load)
     }
 
-    fn late(&self, one: &Stride, other: &Stride) -> LateStep {
-        if !self.is_late {
-            return LateStep::default();
+    fn advected(&self, one: &Stride, other: &Stride) -> AdvectedStep {
+        if !self.is_advected {
+            return AdvectedStep::default();
         }
         let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
             let (from, from_other) = (one.from(), other.from());
@@ -208,11 +208,11 @@ impl<'a> SynchronousSteps<'a> {
             let by = [one.course.by(), other.course.by()];
             let shape = self.steps.shape(one.class, other.class);
             let shift = self.apart * f64::from(self.ticks);
-            return shape.late(by, offset, (self.ticks, shift));
+            return shape.advected(by, offset, (self.ticks, shift));
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
         let table = self.table(one.class, other.class);
-        table.late_at([direction, others], offset)
+        table.advected_at([direction, others], offset)
     }
 
     /// Whether wakes of two steps reach down to one another, or bodies may touch; steps from and to
@@ -243,7 +243,7 @@ impl<'a> SynchronousSteps<'a> {
     /// What the two do to one another on these steps, and each of them to the other's last where
     /// one is early and the other late.
     pub(crate) fn meet(&self, one: &Stride, other: &Stride) -> Met {
-        if self.late(one, other).now && self.reaches(one, other) {
+        if self.advected(one, other).now && self.reaches(one, other) {
             return Met::TooNear;
         }
         let Some(mut loads) = self.meet_now(one, other) else {
@@ -325,8 +325,8 @@ struct SynchronousTable {
     /// The same of a step that led the first to where it is, and the second's next; empty without
     /// time margins.
     crossings: Vec<[u8; 2]>,
-    /// As the meetings, what late air means; empty where it takes no time.
-    lates: Vec<LateStep>,
+    /// As the meetings, what advected wakes mean; empty where they are quasi-static.
+    advected: Vec<AdvectedStep>,
     /// By directions of the first, before and now: columns in which something can matter.
     near: Vec<Vec<[i32; 2]>>,
     /// Columns in which something can matter to a step from or to a stop beside the lattice, or one
@@ -373,12 +373,12 @@ impl SynchronousTable {
             }),
             false => Vec::new(),
         };
-        let lates = late.map(|late| {
+        let advected = late.map(|late| {
             let all = 0..DIRECTIONS.len() * DIRECTIONS.len();
             let of_directions = |both: usize| {
                 let directions = [both / DIRECTIONS.len(), both % DIRECTIONS.len()];
                 let step =
-                    |offset: [i32; 3]| shape.late(by(directions), offset.map(f64::from), late);
+                    |offset: [i32; 3]| shape.advected(by(directions), offset.map(f64::from), late);
                 offsets(extent).map(step).collect::<Vec<_>>()
             };
             all.into_par_iter().flat_map_iter(of_directions).collect()
@@ -389,7 +389,7 @@ impl SynchronousTable {
             extent,
             meetings,
             crossings,
-            lates: lates.unwrap_or_default(),
+            advected: advected.unwrap_or_default(),
             near: Vec::new(),
             all: wide.clone().flat_map(row).collect(),
         }
@@ -407,7 +407,7 @@ impl SynchronousTable {
                         || self.at(&self.crossings, [before, others], offset) != [0; 2]
                         || reversed.at(&reversed.crossings, [others, direction], [-dx, -dy, -dz])
                             != [0; 2]
-                        || self.late_at([direction, others], offset).matters()
+                        || self.advected_at([direction, others], offset).matters()
                 })
             };
             let somewhere = offsets.iter().filter(|offset| is_something(**offset));
@@ -432,10 +432,10 @@ impl SynchronousTable {
         met.copied().unwrap_or([0; 2])
     }
 
-    /// What late air means.
-    fn late_at(&self, directions: [usize; 2], offset: [i32; 3]) -> LateStep {
+    /// What advected wakes mean.
+    fn advected_at(&self, directions: [usize; 2], offset: [i32; 3]) -> AdvectedStep {
         let index = self.index(directions, offset);
-        let late = index.and_then(|index| self.lates.get(index));
+        let late = index.and_then(|index| self.advected.get(index));
         late.copied().unwrap_or_default()
     }
 

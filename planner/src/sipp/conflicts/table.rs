@@ -7,7 +7,7 @@
 
 use std::sync::OnceLock;
 
-use costmap::volumes::keep_out::Late;
+use costmap::volumes::keep_out::ConvectiveDelay;
 
 use super::directions::{DIRECTIONS, STILL, TURNS, cells, index, turned};
 use super::shape::Shape;
@@ -94,11 +94,11 @@ impl ConflictTable {
         };
         let lasts = |layers: i32| {
             let depth = f64::from(layers);
-            let late = [
-                shape.lateness.of_mover(-depth),
-                shape.lateness.of_reference(depth),
+            let delays = [
+                shape.delays.of_mover(-depth),
+                shape.delays.of_reference(depth),
             ];
-            late.map(|ticks| ticks.ceil() as u32)
+            delays.map(|ticks| ticks.ceil() as u32)
         };
         ConflictTable {
             alike: alike.collect(),

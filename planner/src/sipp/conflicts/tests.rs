@@ -29,7 +29,7 @@ const HALL: &str = r#"Scenario(
     planning: (motion: Straight, time_margin_s: 0, tracking_m: 0),
 )"#;
 
-/// The hall with wakes that follow their drones at once, or late.
+/// The hall with quasi-static or advected wakes.
 fn job(late: bool) -> (Job, Costmap) {
     let air = if late {
         "air: (convection: (0.6, 1.0)),\n"
@@ -74,10 +74,10 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
     assert!(past.too_careful < past.tried / 10, "{past:?}");
 }
 
-/// Tables let late air pass up to a greater share of a budget: the costmap, which bounds depth and
+/// Tables let advected wakes pass up to a greater share of a budget: the costmap, which bounds depth and
 /// distance apart, refutes few of these steps.
 #[test]
-fn few_steps_that_late_air_forbids_are_free_in_the_crowd() {
+fn few_steps_that_advected_wakes_forbid_are_free_in_the_crowd() {
     let past = past_one_another(true);
     assert!(past.forbidden > 1500, "{past:?}");
     assert!(past.refuted < past.forbidden / 50, "{past:?}");
@@ -285,7 +285,7 @@ fn the_tables_are_the_swept_volumes_sampled() {
 /// The same with air that is under way for any time up to its longest: each delay at which volumes
 /// meet at once, and all those after or before it by no more than that.
 #[test]
-fn the_tables_of_late_air_are_the_swept_volumes_sampled_and_delayed() {
+fn the_tables_of_advected_wakes_are_the_swept_volumes_sampled_and_delayed() {
     tables_are_volumes(true);
 }
 
@@ -379,7 +379,7 @@ fn tables_are_volumes(late: bool) {
                 .map(|it| {
                     (
                         it,
-                        it.lasts(depths, &shape.lateness).map(|ticks| ticks as i32),
+                        it.lasts(depths, &shape.delays).map(|ticks| ticks as i32),
                     )
                 })
                 .collect();

@@ -209,7 +209,7 @@ impl<'a> Round<'a> {
 
     /// Takes a step for decided, and pushes those whom it keeps from staying.
     fn attempt(&mut self, drone: usize, direction: usize) -> bool {
-        if self.late_load(drone, direction).is_none() {
+        if self.advected_load(drone, direction).is_none() {
             return false;
         }
         self.trail.push((drone as u32, self.directions[drone]));
@@ -264,7 +264,7 @@ impl<'a> Round<'a> {
     /// Whether a drone and those around it bear what wakes add up to.
     fn is_borne(&self, drone: usize) -> bool {
         let bears = |drone: usize| {
-            let late = self.late_load(drone, usize::from(self.directions[drone]));
+            let late = self.advected_load(drone, usize::from(self.directions[drone]));
             self.loads[drone] + late.unwrap_or(0) <= MOST_LOADS
         };
         let mut borne = bears(drone);
@@ -277,7 +277,7 @@ impl<'a> Round<'a> {
 
     /// What air of earlier rounds fills of a drone's budget on a step, each drone's at its most;
     /// `None`: some of it is too much.
-    fn late_load(&self, drone: usize, direction: usize) -> Option<i32> {
+    fn advected_load(&self, drone: usize, direction: usize) -> Option<i32> {
         if self.past.is_empty() {
             return Some(0);
         }

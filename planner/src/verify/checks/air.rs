@@ -37,7 +37,7 @@ pub(crate) const DOSE_FLOOR: f64 = 1e-4;
 /// The downwash that one drone is exposed to while it is airborne.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DroneExposure {
-    /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; where air takes its time the
+    /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; with advected wakes the
     /// highest at any lag, to 2 % and 0.002 of the induced velocity. Its rest after the plan
     /// included.
     pub worst_air_mps: f64,
@@ -45,8 +45,8 @@ pub struct DroneExposure {
     pub worst_air_from: Option<String>,
     /// When (s).
     pub worst_air_at_s: Option<f64>,
-    /// Axial exposure: integral of the mean axial speed over its flight (m); where air takes its
-    /// time it is that of the mean flow.
+    /// Axial exposure: integral of the mean axial speed over its flight (m); with
+    /// advected wakes that of the mean flow.
     pub dose_m: f64,
     /// Integral of (β − 1) m g U_H over its flight (J).
     pub extra_energy_j: f64,

@@ -1,5 +1,5 @@
 //! The downwash that one drone is exposed to when it and every other are early or late, each by
-//! itself, and when air takes its time.
+//! itself, and when wakes are advected.
 //!
 //! With the receiver at `t` on its own clock and each emitter `k` at `t + s_k` on its own,
 //!
@@ -207,7 +207,7 @@ impl Along {
 /// One wake during one piece of its drone as seen from the receiver.
 struct Passing<'a> {
     wake: &'a BoundedWake,
-    /// When its air left, where it takes its time (s).
+    /// When its air left, where wakes are advected (s).
     left_s: Option<Span>,
     /// Offsets of the receiver from where the air left (m).
     places_m: Places,
@@ -245,11 +245,11 @@ impl Run<'_> {
     }
 }
 
-/// Whether one receiver may exceed its limit when air takes its time, or at some shift of the
+/// Whether one receiver may exceed its limit when wakes are advected, or at some shift of the
 /// clocks within the margin, and when.
 pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flight) -> Vec<Found> {
     let margin_s = 2.0 * scene.margins.time_s;
-    let is_late = scene.lags().1 > 0.0;
+    let is_advected = scene.lags().1 > 0.0;
     let mut runs: Vec<Run> = Vec::new();
     for Bounded { slice, most_mps } in slices {
         if most_mps <= slice.exposed.cleared_mps() {
@@ -259,7 +259,7 @@ pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flig
             continue;
         };
         let on_time = match margin_s > 0.0 {
-            true => is_late
+            true => is_advected
                 .then(|| slice.exposed.over(slice.whole(0.0)))
                 .flatten(),
             false => Some(shifted.clone()),
@@ -312,14 +312,14 @@ pub(crate) fn bounded<'a>(
     receiver: &'a Flight,
 ) -> Vec<Bounded<'a>> {
     let margin_s = 2.0 * scene.margins.time_s;
-    let is_late = scene.lags().1 > 0.0;
-    if margin_s <= 0.0 && !is_late {
+    let is_advected = scene.lags().1 > 0.0;
+    if margin_s <= 0.0 && !is_advected {
         return Vec::new();
     }
     let slices = slices(scene, near, receiver, margin_s).into_iter();
     let bounded = slices.map(|slice| Bounded {
         // Else the limit alone is asked for, which begins with the same.
-        most_mps: match is_late {
+        most_mps: match is_advected {
             true => slice.exposed.rough_of_all_mps(&slice.whole(margin_s)),
             false => f64::INFINITY,
         },
@@ -803,7 +803,7 @@ impl<'a> Exposed<'a> {
         let theirs_s = (span_s.0 + shift_s.0, span_s.1 + shift_s.1);
         let obstacles = &self.scene.obstacles;
         if let Some(advected) = Advected::new(self.scene, emitter.from, part.lags) {
-            self.each_late(part, (&advected, emitter), told);
+            self.each_advected(part, (&advected, emitter), told);
             return;
         }
         let flight = &self.scene.flights[emitter.from];
@@ -840,7 +840,7 @@ impl<'a> Exposed<'a> {
     }
 
     /// Hands on the advected wakes of an emitter that may reach the receiver in a part.
-    fn each_late(
+    fn each_advected(
         &self,
         part: &Part,
         (advected, emitter): (&Advected<'a>, Emitter),

@@ -833,7 +833,7 @@ impl Field<'_> {
     /// An upper bound of one wake from above and of its wall jet along the floor (m/s).
     fn highs_mps(&self, it: &Downwash<'_>, places_m: &Places, span_s: Span) -> (f64, f64) {
         match it {
-            Downwash::Advected(advected, _) => self.late_highs_mps(advected, places_m, span_s),
+            Downwash::Advected(advected, _) => self.advected_highs_mps(advected, places_m, span_s),
             Downwash::Attached(attached) => {
                 let motion = attached.motion.during(span_s.0, span_s.1);
                 self.attached_highs_mps(
@@ -848,7 +848,7 @@ impl Field<'_> {
                 let (behind_s, ahead_s) = shifted.margins_s;
                 let around_s = (span_s.0 - behind_s, span_s.1 + ahead_s);
                 if let Some(advected) = &shifted.advected {
-                    return self.late_highs_mps(advected, places_m, around_s);
+                    return self.advected_highs_mps(advected, places_m, around_s);
                 }
                 let highs = shifted
                     .attached(around_s)
@@ -868,7 +868,7 @@ impl Field<'_> {
     }
 
     /// Those of advected air (m/s).
-    fn late_highs_mps(
+    fn advected_highs_mps(
         &self,
         advected: &Advected<'_>,
         places_m: &Places,

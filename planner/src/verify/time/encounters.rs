@@ -60,7 +60,7 @@ pub(crate) fn encounters_of(
                 let mut pairs = pairs_during(&scene.flights, (since_s, apart.1), &reach);
                 pairs.retain(|(a, b)| is_asked(*a as usize) || is_asked(*b as usize));
                 if scene.longest_lag_s > 0.0 {
-                    pairs.retain(|pair| meet_late(scene, *pair, apart, &reach));
+                    pairs.retain(|pair| meet_advected(scene, *pair, apart, &reach));
                 }
                 pairs
             })
@@ -169,7 +169,7 @@ fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(u32, u3
 
 /// Whether two flights may touch in a span of time (s), or air that has not left longer ago than it
 /// takes down to the other may reach it.
-fn meet_late(
+fn meet_advected(
     scene: &Scene<'_>,
     (a, b): (u32, u32),
     (from_s, until_s): Span,

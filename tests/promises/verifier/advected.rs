@@ -1,4 +1,4 @@
-//! Air that takes its time, by a range of convection factors: it is judged at every delay from none
+//! Advected wakes, by a range of convection factors: they are judged at every delay from none
 //! on, the same factor for all wakes at a time.
 
 use airflow::Convection;
@@ -9,7 +9,7 @@ use planner::verify::verify;
 use super::margins::bearing;
 use super::plans::{drone, leaves, plan, with_zone};
 
-/// The same plan with air that takes its time.
+/// The same plan with advected wakes.
 fn late(mut plan: Plan, factors: [f64; 2]) -> Plan {
     let convection = Convection::new(factors).expect("a range");
     plan.quasi_static = false;
@@ -64,14 +64,14 @@ fn a_drone_that_follows_another_is_in_its_air_though_never_below_it() {
 }
 
 #[test]
-fn exposure_in_late_air_is_told_from_when_on_until_when_it_is_over_the_limit() {
+fn exposure_to_advected_wakes_is_told_from_when_on_until_when_it_is_over_the_limit() {
     let stays = |name: &str, at: [f64; 3]| drone(name, "crazyflie-2.1", &[(0.0, at), (60.0, at)]);
     let hover = plan(vec![
         stays("below", [5.0, 5.0, 1.0]),
         stays("above", [5.0, 5.0, 2.2]),
     ]);
-    let (at_once, hover) = (found(&hover), late(hover, [0.6, 1.0]));
-    for told in [&at_once, &found(&hover)] {
+    let (quasi_static, hover) = (found(&hover), late(hover, [0.6, 1.0]));
+    for told in [&quasi_static, &found(&hover)] {
         let spans: Vec<_> = told.iter().map(|it| (it.from_s, it.until_s)).collect();
         assert_eq!(spans, [(0.0, None)], "{told:?}");
     }
@@ -100,11 +100,14 @@ fn exposure_in_late_air_is_told_from_when_on_until_when_it_is_over_the_limit() {
         assert_eq!(found.len(), 1, "{found:?}");
         (found[0].from_s, found[0].until_s.expect("it goes"))
     };
-    let (at_once, late) = (only(&passing), only(&late(passing.clone(), [0.6, 1.0])));
-    assert!((late.0 - at_once.0).abs() < 0.02, "{late:?} {at_once:?}");
+    let (quasi_static, late) = (only(&passing), only(&late(passing.clone(), [0.6, 1.0])));
     assert!(
-        (at_once.1..at_once.1 + 1.5).contains(&late.1),
-        "{late:?} {at_once:?}"
+        (late.0 - quasi_static.0).abs() < 0.02,
+        "{late:?} {quasi_static:?}"
+    );
+    assert!(
+        (quasi_static.1..quasi_static.1 + 1.5).contains(&late.1),
+        "{late:?} {quasi_static:?}"
     );
 }
 
@@ -166,13 +169,13 @@ fn air_that_left_before_its_drone_landed_or_left_is_still_under_way() {
         drone("lower", "kolibri", &knots)
     };
     assert_eq!(over(&plan(vec![gone(), lower()])), []);
-    let late_air = over(&late(plan(vec![gone(), lower()]), [0.6, 1.0]));
+    let advected = over(&late(plan(vec![gone(), lower()]), [0.6, 1.0]));
     let named = (
         ViolationKind::Air,
         "lower".to_owned(),
         Some("gone".to_owned()),
     );
-    assert_eq!(late_air, [named]);
+    assert_eq!(advected, [named]);
     // In a zone as well.
     let desk = |plan| with_zone(plan, [9.5, 9.5, 0.0], [10.5, 10.5, 1.5], 1.0);
     let until_s = |plan: Plan| found(&plan)[0].until_s.expect("it is gone");
