@@ -8,20 +8,20 @@ use std::hint::black_box;
 
 use airflow::{Airframe, Jet, Wake};
 use criterion::{Criterion, criterion_group, criterion_main};
-use flight::feed_forward::{Air, Part};
+use flight::feed_forward::{FleetAir, FleetDrone};
 use nalgebra::Point3;
 
 /// A Kolibri below ten Offboards that fly past, 1.5 to 6 m above it, after a minute of flight.
-fn fleet() -> (Air, Vec<(Point3<f64>, f64)>) {
+fn fleet() -> (FleetAir, Vec<(Point3<f64>, f64)>) {
     let part = |name: &str| {
         let airframe = Airframe::preset(name).expect("a preset");
-        Part {
+        FleetDrone {
             wake: Wake::new(&airframe, airframe.mass_kg(), 1.204, &Jet::default()),
             discs: airframe.disc_points(),
         }
     };
     let names = std::iter::once("kolibri").chain(std::iter::repeat_n("offboard-2", 10));
-    let air = Air::new(names.map(part).collect(), (0.6, 0.02), (0.0, 10.0));
+    let air = FleetAir::new(names.map(part).collect(), (0.6, 0.02), (0.0, 10.0));
     let mut air = air.expect("in range");
     let mut places = Vec::new();
     for step in 0..3000 {

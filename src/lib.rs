@@ -40,7 +40,7 @@ struct CommandLine {
 enum Command {
     /// Check a plan.json for downwash, collisions and limits, by the verifier alone
     Check(check::Arguments),
-    /// Fly a plan in closed loop: controllers, inertia, wakes that take their time; exit code 1
+    /// Fly a plan in closed loop: controllers, inertia, advected wakes; exit code 1
     /// where a drone meets too much air or touches something
     Fly(fly::Arguments),
     /// Export a plan in a format that other programs fly, read back and measured; exit code 1 where

@@ -436,7 +436,7 @@ impl Nearness {
 
 /// A piece of what is judged.
 #[derive(Clone, Debug)]
-struct Part {
+struct BezierPiece {
     from_s: f64,
     until_s: f64,
     /// Bézier points (m): 2 of a straight piece, 4 of a cubic.
@@ -445,7 +445,7 @@ struct Part {
 
 /// The trajectory of a drone, without masses.
 fn trajectory(flown: &Flown, nearness: &mut Nearness) -> TrajectoryEntry {
-    let mut parts: Vec<Part> = Vec::with_capacity(flown.spans.len());
+    let mut parts: Vec<BezierPiece> = Vec::with_capacity(flown.spans.len());
     for span in flown.spans.iter().filter(|it| it.until_s > it.from_s) {
         parts_of(span, nearness, &mut parts);
     }
@@ -470,7 +470,7 @@ fn trajectory(flown: &Flown, nearness: &mut Nearness) -> TrajectoryEntry {
         entry.position_m.push(at_m);
     };
     let mut now: Option<Point3<f64>> = None;
-    for Part {
+    for BezierPiece {
         from_s,
         until_s,
         points_m,
@@ -491,9 +491,9 @@ fn trajectory(flown: &Flown, nearness: &mut Nearness) -> TrajectoryEntry {
 
 /// Straight pieces that go on as the one before them within [`WITHIN_M`], made one: each axis by
 /// itself, so that the bound holds for all three together.
-fn thinned(parts: Vec<Part>, nearness: &mut Nearness) -> Vec<Part> {
+fn thinned(parts: Vec<BezierPiece>, nearness: &mut Nearness) -> Vec<BezierPiece> {
     let within_m = WITHIN_M / 3.0_f64.sqrt();
-    let mut kept: Vec<Part> = Vec::with_capacity(parts.len());
+    let mut kept: Vec<BezierPiece> = Vec::with_capacity(parts.len());
     // Velocities with which the last kept piece stays near all that it stands for.
     let mut range_mps = [(f64::NEG_INFINITY, f64::INFINITY); 3];
     for part in parts {
@@ -535,10 +535,10 @@ fn thinned(parts: Vec<Part>, nearness: &mut Nearness) -> Vec<Part> {
 
 /// Rows along a curve as cubics: as many at a time as stay within [`ROWS_WITHIN_M`] of the straight
 /// pieces, half of it at the rows and half of it between them.
-fn curved(parts: Vec<Part>, nearness: &mut Nearness) -> Vec<Part> {
+fn curved(parts: Vec<BezierPiece>, nearness: &mut Nearness) -> Vec<BezierPiece> {
     let is_row =
-        |part: &Part| part.points_m.len() == 2 && part.until_s - part.from_s < ROWS_APART_S;
-    let mut kept: Vec<Part> = Vec::with_capacity(parts.len());
+        |part: &BezierPiece| part.points_m.len() == 2 && part.until_s - part.from_s < ROWS_APART_S;
+    let mut kept: Vec<BezierPiece> = Vec::with_capacity(parts.len());
     let mut now = 0;
     while now < parts.len() {
         let mut taken = None;
@@ -566,16 +566,16 @@ fn curved(parts: Vec<Part>, nearness: &mut Nearness) -> Vec<Part> {
 
 /// The cubic in place of some straight pieces, with the velocity at both ends of a parabola through
 /// the neighbours; `None`: it is too far from them.
-fn through(parts: &[Part], (first, end): (usize, usize)) -> Option<Part> {
+fn through(parts: &[BezierPiece], (first, end): (usize, usize)) -> Option<BezierPiece> {
     let velocity_mps = |at: usize| {
-        let of = |part: &Part| {
+        let of = |part: &BezierPiece| {
             let duration_s = part.until_s - part.from_s;
             (
                 (part.points_m[part.points_m.len() - 1] - part.points_m[0]) / duration_s,
                 duration_s,
             )
         };
-        let is_near = |it: &&Part| it.points_m.len() == 2;
+        let is_near = |it: &&BezierPiece| it.points_m.len() == 2;
         let before = at
             .checked_sub(1)
             .and_then(|it| parts.get(it))
@@ -617,7 +617,7 @@ fn through(parts: &[Part], (first, end): (usize, usize)) -> Option<Part> {
         chord_m <= 0.5 * ROWS_WITHIN_M && off_m <= 0.5 * ROWS_WITHIN_M
     });
     let points_m = points_m.to_vec();
-    fits.then_some(Part {
+    fits.then_some(BezierPiece {
         from_s,
         until_s,
         points_m,
@@ -625,7 +625,7 @@ fn through(parts: &[Part], (first, end): (usize, usize)) -> Option<Part> {
 }
 
 /// A polynomial as straight and cubic pieces.
-fn parts_of(span: &Span, nearness: &mut Nearness, parts: &mut Vec<Part>) {
+fn parts_of(span: &Span, nearness: &mut Nearness, parts: &mut Vec<BezierPiece>) {
     let duration_s = span.until_s - span.from_s;
     // What a power adds at the end is the most it adds.
     let adds = |axis: &Vec<f64>, power: usize| {
@@ -637,12 +637,12 @@ fn parts_of(span: &Span, nearness: &mut Nearness, parts: &mut Vec<Part>) {
     let degree = (2..most).rev().find(is_used).unwrap_or(1);
     let points_m = bezier(span, degree.max(1), duration_s);
     match degree {
-        1 => parts.push(Part {
+        1 => parts.push(BezierPiece {
             from_s: span.from_s,
             until_s: span.until_s,
             points_m,
         }),
-        2 | 3 => parts.push(Part {
+        2 | 3 => parts.push(BezierPiece {
             from_s: span.from_s,
             until_s: span.until_s,
             points_m: elevated(&points_m, 3),
@@ -692,7 +692,12 @@ fn elevated(points_m: &[Point3<f64>], degree: usize) -> Vec<Point3<f64>> {
 
 /// Cubics in place of a curve of a higher degree: it lies within the hull of its Bézier points, and
 /// so does its difference from a cubic.
-fn cubics(span_s: (f64, f64), points_m: Vec<Point3<f64>>, halvings: usize, parts: &mut Vec<Part>) {
+fn cubics(
+    span_s: (f64, f64),
+    points_m: Vec<Point3<f64>>,
+    halvings: usize,
+    parts: &mut Vec<BezierPiece>,
+) {
     let degree = points_m.len() - 1;
     let (a, d) = (points_m[0], points_m[degree]);
     let share = degree as f64 / 3.0;
@@ -705,7 +710,7 @@ fn cubics(span_s: (f64, f64), points_m: Vec<Point3<f64>>, halvings: usize, parts
     let same = elevated(&cubic, degree);
     let off_m = same.iter().zip(&points_m).map(|(a, b)| (a - b).norm());
     if off_m.fold(0.0, f64::max) <= WITHIN_M || halvings == MOST_HALVINGS {
-        parts.push(Part {
+        parts.push(BezierPiece {
             from_s: span_s.0,
             until_s: span_s.1,
             points_m: cubic.to_vec(),

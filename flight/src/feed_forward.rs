@@ -2,23 +2,23 @@
 //! tells it.
 //!
 //! The paper's rule is a factor `β` on the power, `√β` on the throttle where power goes with
-//! throttle squared, for the air at the drone's centre in wakes that follow at once. Better is the
-//! mean over the rotor discs of wakes that take their time. [`Air`] holds a fleet's recent past and
-//! answers for any of its drones:
+//! throttle squared, for the air at the drone's centre in quasi-static wakes. Better is the mean
+//! over the rotor discs of advected wakes. [`FleetAir`] holds a fleet's recent past and answers for
+//! any of its drones:
 //!
 //! ```
 //! use airflow::{Airframe, Jet, Wake};
-//! use flight::feed_forward::{Air, Part};
+//! use flight::feed_forward::{FleetAir, FleetDrone};
 //! use nalgebra::Point3;
 //!
-//! let part = |name: &str| {
+//! let drone = |name: &str| {
 //!     let airframe = Airframe::preset(name).expect("a preset");
 //!     let wake = Wake::new(&airframe, airframe.mass_kg(), 1.204, &Jet::default());
-//!     Part { wake, discs: airframe.disc_points() }
+//!     FleetDrone { wake, discs: airframe.disc_points() }
 //! };
-//! let fleet = vec![part("offboard-2"), part("kolibri")];
+//! let fleet = vec![drone("offboard-2"), drone("kolibri")];
 //! // Air at the centreline's speed, a moment every 20 ms, over a floor at 0.
-//! let mut air = Air::new(fleet, (1.0, 0.02), (0.0, 8.0)).expect("in range");
+//! let mut air = FleetAir::new(fleet, (1.0, 0.02), (0.0, 8.0)).expect("in range");
 //! for step in 0..100 {
 //!     // A drone crosses 2 m/s fast above one that hovers: places (m) and thrusts over weight.
 //!     let x_m = -2.0 + 0.04 * f64::from(step);
@@ -105,7 +105,7 @@ impl Factors {
 
 /// One drone of a fleet: its wake at its mass, and points over its rotor discs.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct FleetDrone {
     /// Its air.
     pub wake: Wake,
     /// See [`airflow::Airframe::disc_points`].
@@ -114,13 +114,13 @@ pub struct Part {
 
 /// The air of a fleet: where its drones were, as long as their air is under way.
 #[derive(Clone, Debug)]
-pub struct Air {
+pub struct FleetAir {
     emitters: Vec<Emitter>,
     receivers: Vec<Receiver>,
     floor_z_m: f64,
 }
 
-impl Air {
+impl FleetAir {
     /// A fleet's; air at `convection` times the centreline's speed, places recorded `step_s` apart
     /// (s), between a floor and the highest place (m, world).
     ///
@@ -128,10 +128,10 @@ impl Air {
     /// A `convection` beyond [`CONVECTION_FACTORS`], a `step_s` that is not within a millisecond to
     /// a second, or heights that are not finite.
     pub fn new(
-        fleet: Vec<Part>,
+        fleet: Vec<FleetDrone>,
         (convection, step_s): (f64, f64),
         (floor_z_m, highest_z_m): (f64, f64),
-    ) -> Result<Air, FlyError> {
+    ) -> Result<FleetAir, FlyError> {
         let [low, high] = CONVECTION_FACTORS;
         let ranges = [
             ("convection", convection, low..=high),
@@ -146,7 +146,7 @@ impl Air {
             return Err(FlyError::Options(told.join("; ")));
         }
         let (mut emitters, mut receivers) = (Vec::new(), Vec::new());
-        for Part { wake, discs } in fleet {
+        for FleetDrone { wake, discs } in fleet {
             emitters.push(Emitter::new(
                 wake,
                 (convection, step_s),
@@ -154,7 +154,7 @@ impl Air {
             ));
             receivers.push(Receiver::new(discs, Superposition::Momentum));
         }
-        Ok(Air {
+        Ok(FleetAir {
             emitters,
             receivers,
             floor_z_m,

@@ -57,14 +57,14 @@ pub struct Paper {
     /// Intensity of gusts over the centreline speed.
     pub gusts: f64,
     /// The paper's figures first.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PaperRow>,
     /// What they say.
     pub notes: Vec<String>,
 }
 
 /// One controller, rotor and feed-forward.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Row {
+pub struct PaperRow {
     /// What the rotor loses; or the paper.
     pub rotor: &'static str,
     /// Controller, with its vertical gains.
@@ -88,7 +88,7 @@ pub struct Pass {
 
 /// What feed-forward goes by, and what it acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Known {
+enum FeedForwardBasis {
     Nothing,
     /// The paper's: the value at the centre; `√β` on throttle, power with throttle squared.
     Centre,
@@ -98,10 +98,13 @@ enum Known {
     Discs,
 }
 
-const KNOWN: [(Known, &str); 3] = [
-    (Known::Centre, "sqrt(beta) on throttle = beta on power"),
-    (Known::CentreOnSpeed, "sqrt(beta) on rotor speed"),
-    (Known::Discs, "beta on power, disc mean"),
+const KNOWN: [(FeedForwardBasis, &str); 3] = [
+    (
+        FeedForwardBasis::Centre,
+        "sqrt(beta) on throttle = beta on power",
+    ),
+    (FeedForwardBasis::CentreOnSpeed, "sqrt(beta) on rotor speed"),
+    (FeedForwardBasis::Discs, "beta on power, disc mean"),
 ];
 
 /// The rotor that explains the paper best.
@@ -113,7 +116,7 @@ struct Case {
     depth_m: f64,
     rotor: Rotor,
     gains: Gains,
-    known: Known,
+    known: FeedForwardBasis,
     window_m: f64,
     gusts: f64,
     seed: u64,
@@ -122,7 +125,7 @@ struct Case {
 /// Flies the paper's case with a setup's gains and vehicles, but every rotor.
 #[must_use]
 pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
-    let measured = Row {
+    let measured = PaperRow {
         rotor: "the paper, measured",
         controller: "not stated".to_owned(),
         feed_forward: KNOWN[0].1,
@@ -145,7 +148,7 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
     let mut rows = vec![measured];
     let mut wider = [[0.0; 2]; 2];
     for (rotor, rotor_name) in rotors {
-        let case = |gains: Gains, depth_m: f64, known: Known| Case {
+        let case = |gains: Gains, depth_m: f64, known: FeedForwardBasis| Case {
             depth_m,
             rotor,
             gains,
@@ -160,12 +163,13 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
             .collect();
         let fitted = fitted(
             setup,
-            |gains| case(gains, DEPTHS_M[0], Known::Nothing),
+            |gains| case(gains, DEPTHS_M[0], FeedForwardBasis::Nothing),
             research,
         );
         controllers.push(("K_p fitted to 134.2 mm", fitted));
         for (name, gains) in controllers {
-            let without = DEPTHS_M.map(|it| errors_m(setup, &case(gains, it, Known::Nothing)));
+            let without =
+                DEPTHS_M.map(|it| errors_m(setup, &case(gains, it, FeedForwardBasis::Nothing)));
             let controller = format!(
                 "{name} ({:.2}, {:.1}, {:.1})",
                 gains.position_per_s[1], gains.velocity_per_s[1], gains.integral_per_s2[1]
@@ -176,13 +180,13 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
                         setup,
                         &Case {
                             window_m: WIDER_M,
-                            ..case(gains, depth_m, Known::Nothing)
+                            ..case(gains, depth_m, FeedForwardBasis::Nothing)
                         },
                     )
                 });
             }
             for (known, feed_forward) in KNOWN {
-                rows.push(Row {
+                rows.push(PaperRow {
                     rotor: rotor_name,
                     controller: controller.clone(),
                     feed_forward,
@@ -206,15 +210,15 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
 
 /// The row whose ratio at 1 m is nearest to the paper's, of those that do what the paper did; what
 /// another window would change.
-fn notes(rows: &[Row], wider: &[[f64; 2]; 2]) -> Vec<String> {
-    let ratio = |row: &Row, k: usize| row.passes[k].with[0] / row.passes[k].without[0];
+fn notes(rows: &[PaperRow], wider: &[[f64; 2]; 2]) -> Vec<String> {
+    let ratio = |row: &PaperRow, k: usize| row.passes[k].with[0] / row.passes[k].without[0];
     let Some((measured, simulated)) = rows.split_first() else {
         return Vec::new();
     };
     let alike = simulated
         .iter()
         .filter(|row| row.feed_forward == KNOWN[0].1);
-    let off = |row: &Row| (ratio(row, 0) / ratio(measured, 0) - 1.0).abs();
+    let off = |row: &PaperRow| (ratio(row, 0) / ratio(measured, 0) - 1.0).abs();
     let nearest = alike.min_by(|a, b| off(a).total_cmp(&off(b)));
     let told = nearest.map(|row| {
         format!(
@@ -321,10 +325,10 @@ fn sums_m(setup: &Setup, case: &Case, pass: u64) -> [f64; 3] {
         let (mut command, _) = cascade.command(&case.gains, (&dynamics, SPEED_MPS), state, STEP_S);
         let of = |air_mps: f64| Factors::of(air_mps, induced_mps);
         command.speed_factor = match case.known {
-            Known::Nothing => 1.0,
-            Known::Centre => of(centre_mps).rotor_speed,
-            Known::CentreOnSpeed => of(centre_mps).throttle,
-            Known::Discs => of(mean_mps).rotor_speed,
+            FeedForwardBasis::Nothing => 1.0,
+            FeedForwardBasis::Centre => of(centre_mps).rotor_speed,
+            FeedForwardBasis::CentreOnSpeed => of(centre_mps).throttle,
+            FeedForwardBasis::Discs => of(mean_mps).rotor_speed,
         };
         dynamics.step(&mut body, &command, (mass_kg, mean_mps + gust_mps), STEP_S);
     }
@@ -338,7 +342,7 @@ mod tests {
     #[test]
     fn feed_forward_leaves_what_the_paper_measured_at_one_metre() {
         let found = fly(&Setup::default(), 0, 0.0);
-        let ratio = |row: &Row| row.passes[0].with[0] / row.passes[0].without[0];
+        let ratio = |row: &PaperRow| row.passes[0].with[0] / row.passes[0].without[0];
         let measured = ratio(&found.rows[0]);
         assert!((measured - 0.189).abs() < 5e-4);
         let alike = found.rows[1..]

@@ -28,14 +28,14 @@ use crate::off_plan::{self, OffPlan};
 /// One plan that is being flown, or none.
 #[derive(Clone, Debug, Default)]
 pub struct Service {
-    flown: Option<Flown>,
+    flown: Option<FlownPlan>,
     /// The first answer has been given.
     has_answered: bool,
 }
 
 /// A plan that is being flown.
 #[derive(Clone, Debug)]
-struct Flown {
+struct FlownPlan {
     running: Running,
     /// Rises by one with every patch.
     revision: u64,
@@ -257,7 +257,7 @@ impl Service {
         }
     }
 
-    fn flown(&mut self) -> Result<&mut Flown, Refusals> {
+    fn flown(&mut self) -> Result<&mut FlownPlan, Refusals> {
         let none = || vec![refusal(Code::NotOpen, "method", "no plan is open")];
         self.flown.as_mut().ok_or_else(none)
     }
@@ -291,7 +291,7 @@ impl Service {
         let running = Running::new(world, plan)
             .map_err(|error| vec![refusal(Code::Plan, "params.plan", error.to_string())])?;
         limit.check()?;
-        let flown = Flown {
+        let flown = FlownPlan {
             running,
             revision: 1,
             clock_s: 0.0,
@@ -421,7 +421,7 @@ struct Sighting {
     off_path: Vec<OffPath>,
 }
 
-impl Flown {
+impl FlownPlan {
     fn whole(&self) -> Told {
         Told::Whole(Box::new(Whole {
             revision: self.revision,
@@ -548,7 +548,7 @@ impl Flown {
     ) -> Result<(Landing, Option<Record>), Refusals> {
         let mut landings = Landings::of(&self.running, at_s);
         let before = self.clone();
-        let mut best: Option<(Flown, Landing, Record)> = None;
+        let mut best: Option<(FlownPlan, Landing, Record)> = None;
         let mut tries = 0;
         while tries < MOST_LANDINGS {
             landings.choose();
@@ -596,7 +596,7 @@ impl Flown {
                 patch,
                 not_landing,
             };
-            let is_better = |(_, known, _): &(Flown, Landing, Record)| {
+            let is_better = |(_, known, _): &(FlownPlan, Landing, Record)| {
                 landing.not_landing.len() < known.not_landing.len()
             };
             if best.as_ref().is_none_or(is_better) {

@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 
 /// `air/1`.
 #[derive(Serialize)]
-struct Found {
+struct AirAnswer {
     airframe: String,
     mass_kg: f64,
     motor_distance_m: f64,
@@ -53,7 +53,7 @@ struct Found {
     /// What `quiet` is about (m/s).
     less_than_mps: f64,
     quiet: Quiet,
-    rows: Vec<Row>,
+    rows: Vec<DepthRow>,
 }
 
 #[derive(Serialize)]
@@ -76,7 +76,7 @@ struct Quiet {
 }
 
 #[derive(Serialize)]
-struct Row {
+struct DepthRow {
     depth_m: f64,
     /// On the axis; `null`: within the near field, whose jets are four.
     centreline_mps: Option<f64>,
@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let far = wake.far_field();
     let row = |depth_l: f64| {
         let depth_m = depth_l * length_m;
-        Row {
+        DepthRow {
             depth_m,
             centreline_mps: wake.centreline_mps(depth_m),
             half_width_m: wake.half_width_m(depth_m),
@@ -112,7 +112,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             arrives_s: [1.0, SLOWEST].map(|factor| far.transport_time_s(depth_m, factor)),
         }
     };
-    let found = Found {
+    let found = AirAnswer {
         airframe: airframe.name().to_owned(),
         mass_kg,
         motor_distance_m: length_m,
@@ -159,7 +159,7 @@ fn beside_m(wake: &Wake, depth_m: f64, limit_mps: f64) -> f64 {
     last.map_or(0.0, |it| it + to_m / STEPS as f64)
 }
 
-fn report(found: &Found, wake: &Wake) -> Report {
+fn report(found: &AirAnswer, wake: &Wake) -> Report {
     let limit_mps = found.less_than_mps;
     let mut report = Report::new(
         format!("Air of {}", found.airframe),

@@ -53,8 +53,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Controllers::Px4)]
     controller: Controllers,
     /// What drones know of the air, one or several; without feed-forward is flown in any case
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Known::Paper, Known::Late, Known::Matched])]
-    feed_forward: Vec<Known>,
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [FeedForwardChoice::Paper, FeedForwardChoice::Late, FeedForwardChoice::Matched])]
+    feed_forward: Vec<FeedForwardChoice>,
     /// Speed of the air in wakes over that of the centreline, one or several, 0.05 to 1000
     /// [default: the plan's range, else 1 and 0.6]
     #[arg(long, value_name = "K", value_delimiter = ',', value_parser = number(CONVECTION_FACTORS[0]..=CONVECTION_FACTORS[1], ""))]
@@ -100,12 +100,12 @@ enum Controllers {
 
 /// Feed-forward as the command line has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Known {
+enum FeedForwardChoice {
     /// Nothing
     None,
-    /// The paper's: the value at its centre, of wakes that take no time
+    /// The paper's: the value at its centre, of quasi-static wakes
     Paper,
-    /// The mean over its discs, of wakes that take their time
+    /// The mean over its discs, of advected wakes
     Late,
     /// The same, by the rotors' own law in place of momentum theory's
     Matched,
@@ -235,10 +235,10 @@ fn options(arguments: &Arguments, file: &PlanFile) -> Options {
             Controllers::Both => vec![Controller::Px4, Controller::Research],
         },
         feed_forward: each_once(arguments.feed_forward.iter().map(|known| match known {
-            Known::None => FeedForward::None,
-            Known::Paper => FeedForward::Paper,
-            Known::Late => FeedForward::Late,
-            Known::Matched => FeedForward::Matched,
+            FeedForwardChoice::None => FeedForward::None,
+            FeedForwardChoice::Paper => FeedForward::Paper,
+            FeedForwardChoice::Late => FeedForward::Late,
+            FeedForwardChoice::Matched => FeedForward::Matched,
         })),
         convection,
         gusts: arguments.gusts,

@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 
 /// `separation/1`.
 #[derive(Serialize)]
-struct Found {
+struct SeparationAnswer {
     lower: Drone,
     upper: Drone,
     /// Alpha.
@@ -61,7 +61,7 @@ struct Found {
     /// Half-axes about the upper drone's centre; a planner that takes one ellipsoid a drone takes
     /// half of each for either.
     ellipsoid: Ellipsoid,
-    rows: Vec<Row>,
+    rows: Vec<SeparationRow>,
 }
 
 #[derive(Serialize)]
@@ -79,7 +79,7 @@ struct Column {
 
 /// One depth.
 #[derive(Serialize)]
-struct Row {
+struct SeparationRow {
     below_m: f64,
     #[serde(flatten)]
     met: Met,
@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let row = |depth_l: f64| {
         let below_m = depth_l * upper.motor_distance_m();
-        Row {
+        SeparationRow {
             below_m,
             met: pair.met(below_m, 0.0),
             beside_m: pair.beside_m(limit, below_m),
@@ -117,7 +117,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         mass_kg,
         hover_induced_velocity_mps: airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3),
     };
-    let found = Found {
+    let found = SeparationAnswer {
         lower: drone(&lower, lower_kg),
         upper: drone(&upper, upper_kg),
         limit,
@@ -136,7 +136,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
-fn report(found: &Found, pair: &Separation, speed_mps: f64) -> Report {
+fn report(found: &SeparationAnswer, pair: &Separation, speed_mps: f64) -> Report {
     let (lower, upper) = (&found.lower, &found.upper);
     let of = |it: &Drone| {
         format!(

@@ -24,8 +24,8 @@ use tally::Tally;
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Where they fly
-    #[arg(long, value_enum, default_value_t = Place::Hall)]
-    place: Place,
+    #[arg(long, value_enum, default_value_t = SoakSite::Hall)]
+    place: SoakSite,
     /// How many drones there are at most
     #[arg(long, default_value_t = 500, value_name = "N",
         value_parser = clap::value_parser!(u32).range(2..=5_000))]
@@ -60,7 +60,7 @@ pub(crate) struct Arguments {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Place {
+enum SoakSite {
     /// Empty, 64 x 64 x 8 m
     Hall,
     /// 80 x 60 x 8 m with 76 shelves
@@ -72,8 +72,8 @@ enum Place {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     use_threads(arguments.jobs)?;
     let floor = match arguments.place {
-        Place::Hall => Floor::Hall,
-        Place::Warehouse => Floor::Warehouse,
+        SoakSite::Hall => Floor::Hall,
+        SoakSite::Warehouse => Floor::Warehouse,
     };
     let drones = arguments.drones as usize;
     let scenario = floor.scenario(drones, arguments.seed)?;

@@ -47,12 +47,12 @@ struct Setting {
 struct Swept {
     scenario: String,
     setting: String,
-    rows: Vec<Row>,
+    rows: Vec<SweptValue>,
 }
 
 /// One value.
 #[derive(Serialize)]
-struct Row {
+struct SweptValue {
     value: f64,
     /// `safe`, `partial`, `unsafe` or `blocked`.
     status: &'static str,
@@ -194,12 +194,12 @@ fn in_words(found: &Problem) -> String {
     format!("{message}{more}")
 }
 
-fn row(value: f64, world: &World, outcome: &Outcome) -> Row {
+fn row(value: f64, world: &World, outcome: &Outcome) -> SweptValue {
     let drones = world.drones.len();
     let plan = outcome.planned().map(|it| &it.plan);
     let of_plan = outcome.planned().map_or(&[][..], |it| &it.notes[..]);
     let of = |figure: &dyn Fn(&planner::Plan) -> f64| plan.map(figure);
-    Row {
+    SweptValue {
         value,
         status: plan.map_or("blocked", |it| it.status.as_str()),
         planned: plan.map_or(0, |it| drones - it.unplanned.len().min(drones)),
@@ -266,7 +266,7 @@ fn report(swept: &Swept) -> Report {
         vec![Part::table("rlrrrrrr", &headings, rows)],
     );
     report.section("Notes", Part::list(notes(swept)));
-    let points = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
+    let points = |of: &dyn Fn(&SweptValue) -> Option<f64>| -> Vec<(f64, f64)> {
         let mut points: Vec<(f64, f64)> = swept
             .rows
             .iter()

@@ -91,8 +91,8 @@ impl Source {
     /// What keeps the files from being one, at its place.
     pub(crate) fn read(&self) -> Result<Sourced, Failure> {
         let fleet = match (&self.airframe, &self.airframes) {
-            (Some(name), _) => Some(Fleet::of_one(name)?),
-            (None, Some(path)) => Some(Fleet::read(path)?),
+            (Some(name), _) => Some(AirframesFile::of_one(name)?),
+            (None, Some(path)) => Some(AirframesFile::read(path)?),
             (None, None) => None,
         };
         let paths = self.files()?;
@@ -118,7 +118,7 @@ impl Source {
         self.show(&paths, fleet)
     }
 
-    fn show(&self, paths: &[PathBuf], fleet: Option<Fleet>) -> Result<Sourced, Failure> {
+    fn show(&self, paths: &[PathBuf], fleet: Option<AirframesFile>) -> Result<Sourced, Failure> {
         let path = self.path();
         let mut unread = Vec::new();
         let mut files = Vec::with_capacity(paths.len());
@@ -268,7 +268,7 @@ fn no_airframe(path: &Path, what: &str) -> Failure {
 }
 
 /// The log of a flight as a plan.
-fn log(path: &Path, text: &str, fleet: &Fleet) -> Result<Sourced, Failure> {
+fn log(path: &Path, text: &str, fleet: &AirframesFile) -> Result<Sourced, Failure> {
     let samples = read_samples(text);
     let plan = fleet.with_files(|files| {
         samples.and_then(|samples| samples_as_plan(&stem(path), &samples, &fleet.text, files))
@@ -282,24 +282,24 @@ fn log(path: &Path, text: &str, fleet: &Fleet) -> Result<Sourced, Failure> {
 }
 
 /// Which airframes fly, as a text, and where it is from.
-struct Fleet {
+struct AirframesFile {
     text: String,
     path: PathBuf,
 }
 
-impl Fleet {
-    fn read(path: &Path) -> Result<Fleet, Failure> {
+impl AirframesFile {
+    fn read(path: &Path) -> Result<AirframesFile, Failure> {
         let text = files::text(path, MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
-        Ok(Fleet {
+        Ok(AirframesFile {
             text,
             path: path.to_owned(),
         })
     }
 
     /// One preset for all.
-    fn of_one(name: &str) -> Result<Fleet, Failure> {
+    fn of_one(name: &str) -> Result<AirframesFile, Failure> {
         airflow::Airframe::named(name)?;
-        Ok(Fleet {
+        Ok(AirframesFile {
             text: format!("Fleet(airframe: \"{name}\")"),
             path: PathBuf::from("--airframe"),
         })

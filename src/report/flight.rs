@@ -1,7 +1,7 @@
 //! A flight as people read it: who meets too much air, who touches, what feed-forward is good for.
 
 use flight::feed_forward::FeedForward;
-use flight::paper::{Paper, Row};
+use flight::paper::{Paper, PaperRow};
 use flight::report::{Case, DroneFlight, Flight, FlightReport};
 
 use super::sections::{Figure, Part, Report};
@@ -335,7 +335,7 @@ pub(crate) fn paper(found: &Paper) -> Report {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for of_one in found.rows.chunk_by(|a, b| a.rotor == b.rotor) {
         rows.push(vec![of_one[0].rotor.to_owned()]);
-        let cells = |row: &Row| -> Vec<String> {
+        let cells = |row: &PaperRow| -> Vec<String> {
             let figures = row.passes.iter().flat_map(|pass| {
                 let ratio = format!("{:.2}", pass.with[0] / pass.without[0]);
                 [cell(pass.without), cell(pass.with), ratio]

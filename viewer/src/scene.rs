@@ -50,12 +50,12 @@ pub(crate) struct Scene<'a> {
     flight: Option<&'a FlightReport>,
     /// Where drones flew in each flight.
     #[serde(skip_serializing_if = "Option::is_none")]
-    flown: Option<Flown>,
+    flown: Option<FlownPlaces>,
 }
 
 /// Where drones flew.
 #[derive(Serialize)]
-struct Flown {
+struct FlownPlaces {
     from_s: f64,
     step_s: f64,
     /// Of each flight by the drones' indices, how far from where the plan has them: whole
@@ -64,8 +64,8 @@ struct Flown {
     flights: Vec<BTreeMap<usize, String>>,
 }
 
-impl Flown {
-    fn of(paths: &Paths) -> Flown {
+impl FlownPlaces {
+    fn of(paths: &Paths) -> FlownPlaces {
         // Farther than 32 m it is shown at 32 m.
         let whole_mm = |it: f32| (it * 1e3).round().clamp(-32_767.0, 32_767.0) as i16;
         let bytes = |path: &[Option<[f32; 3]>]| {
@@ -80,7 +80,7 @@ impl Flown {
             let drones = drones.iter();
             drones.map(|(drone, path)| (*drone, bytes(path))).collect()
         };
-        Flown {
+        FlownPlaces {
             from_s: paths.from_s,
             step_s: paths.step_s,
             flights: paths.flights.iter().map(of_flight).collect(),
@@ -266,7 +266,7 @@ impl<'a> Scene<'a> {
             drones: drones.collect(),
             wakes,
             flight,
-            flown: flight.map(|it| Flown::of(&it.paths)),
+            flown: flight.map(|it| FlownPlaces::of(&it.paths)),
         }
     }
 }

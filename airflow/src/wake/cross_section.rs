@@ -10,10 +10,10 @@ use crate::wake::Wake;
 /// A level cross-section through a wake, made by [`Wake::cross_section`]: the same speeds as
 /// [`Wake::axial_speed_mps`], to the bit.
 #[derive(Clone, Copy, Debug)]
-pub struct CrossSection<'a>(Kind<'a>);
+pub struct CrossSection<'a>(SectionKind<'a>);
 
 #[derive(Clone, Copy, Debug)]
-enum Kind<'a> {
+enum SectionKind<'a> {
     /// At and above the rotor plane.
     Calm,
     /// The far field, or that of 2.5 l held.
@@ -32,23 +32,23 @@ enum Kind<'a> {
 impl<'a> CrossSection<'a> {
     pub(crate) fn new(wake: &'a Wake, depth_m: f64) -> CrossSection<'a> {
         if wake.is_shaped() {
-            return CrossSection(Kind::Shaped { wake, depth_m });
+            return CrossSection(SectionKind::Shaped { wake, depth_m });
         }
         let far = wake.far_field();
         if depth_m >= far.from_m() {
-            return CrossSection(Kind::Far(far.level(depth_m)));
+            return CrossSection(SectionKind::Far(far.level(depth_m)));
         }
         if depth_m <= 0.0 {
-            return CrossSection(Kind::Calm);
+            return CrossSection(SectionKind::Calm);
         }
         let length_m = wake.motor_distance_m();
         match wake.near_field() {
-            Some(near) => CrossSection(Kind::Near {
+            Some(near) => CrossSection(SectionKind::Near {
                 level: near.level(depth_m / length_m),
                 length_m,
                 induced_velocity_mps: wake.induced_velocity_mps(),
             }),
-            None => CrossSection(Kind::Far(far.level(far.from_m()))),
+            None => CrossSection(SectionKind::Far(far.level(far.from_m()))),
         }
     }
 
@@ -57,7 +57,7 @@ impl<'a> CrossSection<'a> {
     #[inline]
     pub fn axial_speed_mps(&self, x_m: f64, y_m: f64) -> f64 {
         match &self.0 {
-            Kind::Far(level) => level.axial_speed_mps(x_m * x_m + y_m * y_m),
+            SectionKind::Far(level) => level.axial_speed_mps(x_m * x_m + y_m * y_m),
             other => other.elsewhere_mps(x_m, y_m),
         }
     }
@@ -99,7 +99,7 @@ impl<'a> CrossSection<'a> {
             .iter()
             .map(|&[x, y]| (offset_m.x + x, offset_m.y + y));
         let points = gathered.iter_mut().zip(places_m);
-        if let Kind::Far(level) = self.0 {
+        if let SectionKind::Far(level) = self.0 {
             for (so_far, (x, y)) in points {
                 *so_far = add(*so_far, level.axial_speed_mps(x * x + y * y));
             }
@@ -111,18 +111,18 @@ impl<'a> CrossSection<'a> {
     }
 }
 
-impl Kind<'_> {
+impl SectionKind<'_> {
     /// Kept out of the short path.
     fn elsewhere_mps(&self, x_m: f64, y_m: f64) -> f64 {
         match self {
-            Kind::Calm => 0.0,
-            Kind::Far(level) => level.axial_speed_mps(x_m * x_m + y_m * y_m),
-            Kind::Near {
+            SectionKind::Calm => 0.0,
+            SectionKind::Far(level) => level.axial_speed_mps(x_m * x_m + y_m * y_m),
+            SectionKind::Near {
                 level,
                 length_m,
                 induced_velocity_mps,
             } => induced_velocity_mps * level.axial_speed(x_m / length_m, y_m / length_m),
-            Kind::Shaped { wake, depth_m } => {
+            SectionKind::Shaped { wake, depth_m } => {
                 wake.axial_speed_mps(Vector3::new(x_m, y_m, -depth_m))
             }
         }

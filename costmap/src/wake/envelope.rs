@@ -42,7 +42,7 @@ const WEAK_SQUARE: f64 = 4e-4;
 pub struct Envelope {
     /// Depths between rows (m), ascending from 0.
     depths_m: Vec<f64>,
-    rows: Vec<Row>,
+    rows: Vec<EnvelopeRow>,
     /// By depth in steps as high as the lowest row, the row above or there; empty where rows are
     /// moved.
     row_of_step: Vec<u16>,
@@ -61,7 +61,7 @@ pub struct Envelope {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct EnvelopeRow {
     columns_per_m: f64,
     reach_m: f64,
     /// Its axis, seen from the emitter (m).
@@ -101,13 +101,13 @@ impl Envelope {
                 self.rows[other].reach_m + aside_m
             };
             let reach_m = nearby(row).map(of).fold(0.0, f64::max) + by_m;
-            Row {
+            EnvelopeRow {
                 reach_m,
                 columns_per_m: self.columns as f64 / reach_m.max(1e-9),
                 ..self.rows[row]
             }
         };
-        let rows: Vec<Row> = (0..self.rows.len()).map(grown).collect();
+        let rows: Vec<EnvelopeRow> = (0..self.rows.len()).map(grown).collect();
         let square = |row: usize, column: usize| {
             let radius_m = column as f64 / rows[row].columns_per_m;
             let of = |other: usize| {
@@ -126,7 +126,7 @@ impl Envelope {
         let cells = || (0..rows.len()).flat_map(|row| (0..self.columns).map(move |it| (row, it)));
         let squares = cells().map(|(row, column)| square(row, column)).collect();
         let means = cells().map(|(row, column)| mean(row, column)).collect();
-        let of_row = |row: &Row| row.reach_m + row.centre_m[0].hypot(row.centre_m[1]);
+        let of_row = |row: &EnvelopeRow| row.reach_m + row.centre_m[0].hypot(row.centre_m[1]);
         self.reach_m = rows.iter().map(of_row).fold(0.0, f64::max);
         (self.squares, self.means) = (squares, means);
         (self.rows, self.astray_m) = (rows, self.astray_m + by_m);
@@ -472,7 +472,7 @@ impl Envelope {
     fn push_still_row(&mut self) {
         self.squares.extend(std::iter::repeat_n(0.0, self.columns));
         self.means.extend(std::iter::repeat_n(0.0, self.columns));
-        self.rows.push(Row {
+        self.rows.push(EnvelopeRow {
             columns_per_m: 0.0,
             reach_m: 0.0,
             centre_m: [0.0; 2],
@@ -497,7 +497,7 @@ impl Envelope {
                 .push((slack * above.square.max(below.square)) as f32);
             self.means.push(mean as f32);
         }
-        self.rows.push(Row {
+        self.rows.push(EnvelopeRow {
             columns_per_m,
             reach_m,
             centre_m,

@@ -10,7 +10,7 @@ use super::goodness::goodness;
 use super::jet_fit::{Constants, Data, Joint, fit_jet};
 use super::profiles::{Measured, lobes, profiles};
 use super::residual_tests::{departures, residual_tests};
-use super::samples::{Cell, Flight, Gathered, cells, flights_of, gather};
+use super::samples::{Cell, Gathered, ProbedFlight, cells, flights_of, gather};
 use super::spread::{Spread, Units, spread, units};
 
 use crate::record::recording::Recording;
@@ -190,7 +190,7 @@ fn drone_fit(
     constants: &Constants,
 ) -> DroneFit {
     let airframe = &gathered.drones[far.drone].airframe;
-    let own = |flight: &Flight| (flight.drone == far.drone).then_some(flight.operator);
+    let own = |flight: &ProbedFlight| (flight.drone == far.drone).then_some(flight.operator);
     let operators = far.flights.iter().filter_map(own);
     let speeds_mps: Vec<f64> = operators.map(|own| own.induced_velocity_mps).collect();
     let (lobes, lobes_merge_s_over_l) = lobes(near);

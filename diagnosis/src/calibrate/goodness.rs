@@ -35,7 +35,7 @@ const POOR_P: f64 = 0.01;
 const LEAST_MISFIT: f64 = 0.004;
 
 #[derive(Clone, Debug, Default)]
-struct Region {
+struct MisfitRegion {
     cells: usize,
     /// Σ w U_C r and Σ w U_C².
     weighted: f64,
@@ -65,10 +65,10 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
     let data = joint.data;
     let within = |edges: &[f64], value: f64| interval_of(edges, value).unwrap_or(0);
     let columns = S_EDGES.len() - 1;
-    let empty = Region {
+    let empty = MisfitRegion {
         by_unit: vec![0.0; units.units.len()],
         by_instrument: vec![Vector2::zeros(); data.flights.len()],
-        ..Region::default()
+        ..MisfitRegion::default()
     };
     let mut regions = vec![empty; (XI_EDGES.len() - 1) * columns];
     let mut squares = 0.0;
@@ -123,7 +123,7 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
 }
 
 /// What each unit adds to the misfit of a region, its pull on the fitted constants taken off.
-fn shares(region: &Region, joint: &Joint<'_>, units: &Units) -> Vec<f64> {
+fn shares(region: &MisfitRegion, joint: &Joint<'_>, units: &Units) -> Vec<f64> {
     let through = units.inverse * region.by_constants;
     let own = region.by_unit.iter().zip(&units.units);
     let shares = own.map(|(own, unit)| own - through.dot(&unit.pull));

@@ -25,7 +25,7 @@ use nalgebra::{
     Const, DVector, Dyn, Matrix2, Matrix2x3, OMatrix, SMatrix, SVector, U3, Vector2, Vector3,
 };
 
-use super::samples::{Cell, Flight, Sample};
+use super::samples::{Cell, ProbedFlight, Sample};
 
 /// `a = √2 - 1` of the paper's profile.
 const PROFILE_A: f64 = std::f64::consts::SQRT_2 - 1.0;
@@ -127,7 +127,7 @@ const LEAST_ACCURACY: f64 = 1e-6;
 /// What is fitted to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Data<'a> {
-    pub(super) flights: &'a [Flight],
+    pub(super) flights: &'a [ProbedFlight],
     pub(super) samples: &'a [Sample],
     pub(super) cells: &'a [Cell],
 }
@@ -197,7 +197,7 @@ pub(super) fn assumed_variance(predicted_mps: f64, readings: usize) -> f64 {
 }
 
 /// Inverse variances of gain and zero of a flight.
-pub(super) fn precisions(flight: &Flight) -> Vector2<f64> {
+pub(super) fn precisions(flight: &ProbedFlight) -> Vector2<f64> {
     Vector2::new(flight.accuracy_rel, flight.accuracy_abs_mps)
         .map(|accuracy| (0.5 * accuracy.max(LEAST_ACCURACY)).powi(-2))
 }
@@ -241,7 +241,7 @@ impl<'a> Joint<'a> {
         self.constants = constants;
         self.predict();
         let flights = self.data.flights;
-        let prior = |flight: &Flight| Matrix2::from_diagonal(&precisions(flight));
+        let prior = |flight: &ProbedFlight| Matrix2::from_diagonal(&precisions(flight));
         let mut normal: Vec<Matrix2<f64>> = flights.iter().map(prior).collect();
         let mut right = vec![Vector2::zeros(); flights.len()];
         // Σ w p ∇p, Σ w ∇p and Σ w (y - 2 p) ∇p of each flight.

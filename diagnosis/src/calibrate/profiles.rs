@@ -9,7 +9,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::calibration::{Estimate, Interval, Lobes, Profile, RadialBin, SliceFit};
 use super::jet_fit::{AtReading, Constants, FittedCurve, assumed_variance, fit_curve, xi};
-use super::samples::{Cell, Flight, Sample, flights_of, quantile};
+use super::samples::{Cell, ProbedFlight, Sample, flights_of, quantile};
 use super::spread::student_quantile;
 
 /// Thickness of a slice of the far field over the motor distance. Chosen here: the jet widens by
@@ -42,7 +42,7 @@ const ROTORS: f64 = 0.353_553_390_593_273_8;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured<'a> {
     pub(super) drone: usize,
-    pub(super) flights: &'a [Flight],
+    pub(super) flights: &'a [ProbedFlight],
     /// In the order that the cells refer to.
     pub(super) samples: &'a [Sample],
     pub(super) cells: &'a [Cell],
@@ -202,7 +202,7 @@ fn gauss(distance: f64, width: f64) -> f64 {
     (-0.5 * (distance / width).powi(2)).exp()
 }
 
-fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
+fn fit_lobes(flights: &[ProbedFlight], samples: &[&Sample]) -> Option<Lobes> {
     let strip = |sample: &Sample| (sample.flight, (sample.left / STRIP).floor() as i64);
     let strips: BTreeSet<(usize, i64)> = samples.iter().map(|sample| strip(sample)).collect();
     let strips: Vec<(usize, i64)> = strips.into_iter().collect();

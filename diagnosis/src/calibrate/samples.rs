@@ -35,7 +35,7 @@ const PAUSE_S: f64 = 10.0;
 
 /// One drone over the probes of one recording.
 #[derive(Clone, Debug)]
-pub(super) struct Flight {
+pub(super) struct ProbedFlight {
     pub(super) recording: String,
     /// Index into the drones.
     pub(super) drone: usize,
@@ -68,7 +68,7 @@ pub(super) struct Sample {
 pub(super) struct Gathered<'r> {
     /// One vehicle for every airframe, in order of appearance.
     pub(super) drones: Vec<&'r Vehicle>,
-    pub(super) flights: Vec<Flight>,
+    pub(super) flights: Vec<ProbedFlight>,
     /// From 2.5 l down.
     pub(super) far: Vec<Sample>,
     /// Above.
@@ -138,11 +138,11 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
 }
 
 /// A drone over a probe, of drone 0 and with a lateral turbulence of 1 where the probe reads any.
-fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> Flight {
+fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> ProbedFlight {
     let environment = &recording.environment;
     let magnitude = f64::from(u8::from(instrument.measures == Measures::SpeedMagnitude));
     let radial = recording.baseline.observation == Observation::VelocityAndAmbient;
-    Flight {
+    ProbedFlight {
         recording: recording.name.clone(),
         drone: 0,
         operator: Operator {

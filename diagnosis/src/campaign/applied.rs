@@ -63,7 +63,7 @@ pub struct Compared {
 }
 
 /// One recording, before and after.
-struct Flight {
+struct JudgedRecording {
     recording: usize,
     name: String,
     /// With the simulation as it is.
@@ -88,7 +88,7 @@ pub fn apply(
         let observed = Observed::of(of, channel)?;
         let times_s = observed.times_s();
         let sequence = Sequence::new(&times_s, &observed.series_of);
-        Some(Flight {
+        Some(JudgedRecording {
             recording,
             name: of.name.clone(),
             after: observed.predict(correction),
@@ -99,7 +99,7 @@ pub fn apply(
         })
     };
     let flights = recordings.par_iter().enumerate().filter_map(of);
-    let mut flights: Vec<Flight> = flights.collect();
+    let mut flights: Vec<JudgedRecording> = flights.collect();
     let channel = flights.first()?.samples.first()?.channel;
     flights.retain(|flight| flight.samples.first().is_some_and(|s| s.channel == channel));
     Some(applied(channel, flights))
@@ -123,14 +123,14 @@ pub fn apply_campaign(
     let after = forces.predict(correction);
     let covariates = forces.covariates().columns;
     let [beside_m, height_m] = [1, 3].map(|at| &covariates[at]);
-    let mut flights: Vec<Flight> = Vec::new();
+    let mut flights: Vec<JudgedRecording> = Vec::new();
     let rows = forces.samples(&before).into_iter().zip(forces.judged());
     for (row, (sample, (part, _))) in rows.enumerate() {
         if flights
             .last()
             .is_none_or(|last| last.recording != part.recording)
         {
-            flights.push(Flight {
+            flights.push(JudgedRecording {
                 recording: part.recording,
                 name: recordings[part.recording].name.clone(),
                 samples: Vec::new(),
@@ -157,9 +157,9 @@ pub fn apply_campaign(
     Ok(applied(Channel::VerticalForce, flights))
 }
 
-fn applied(channel: Channel, flights: Vec<Flight>) -> Applied {
-    let everywhere = |_: &Flight, _: usize| true;
-    let under = |flight: &Flight, row: usize| flight.is_under[row];
+fn applied(channel: Channel, flights: Vec<JudgedRecording>) -> Applied {
+    let everywhere = |_: &JudgedRecording, _: usize| true;
+    let under = |flight: &JudgedRecording, row: usize| flight.is_under[row];
     let name =
         format!("under another drone (within {UNDER_M} m, {ABOVE_FLOOR_M} m above the floor)");
     let sides = [false, true];
@@ -170,7 +170,7 @@ fn applied(channel: Channel, flights: Vec<Flight>) -> Applied {
         let one = std::slice::from_ref(flight);
         sides.map(|offsets| compared(&flight.name, one, offsets, everywhere))
     });
-    let corrected = |flight: &Flight| {
+    let corrected = |flight: &JudgedRecording| {
         let pairs = flight.samples.iter().zip(&flight.after);
         let samples = pairs.map(|(sample, &simulated)| Sample {
             simulated,
@@ -193,9 +193,9 @@ fn applied(channel: Channel, flights: Vec<Flight>) -> Applied {
 /// Figures over the rows of a place; `None` where there are too few.
 fn compared(
     rows_where: &str,
-    flights: &[Flight],
+    flights: &[JudgedRecording],
     has_offsets: bool,
-    is_inside: impl Fn(&Flight, usize) -> bool,
+    is_inside: impl Fn(&JudgedRecording, usize) -> bool,
 ) -> Option<Compared> {
     // Whole recordings are drawn where there are enough of them.
     let by_flight = flights.len() >= FOLDS;

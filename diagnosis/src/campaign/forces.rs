@@ -99,7 +99,7 @@ pub(super) struct Forces<'a> {
     /// All recordings.
     pub(super) recordings: &'a [Recording],
     /// One vehicle in one flight each, in the order of the flights' names.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<VehicleFlight>,
     /// Judged rows.
     pub(super) rows: usize,
     /// Whether no drone has a wake unless a hypothesis says so.
@@ -117,14 +117,14 @@ pub(super) struct Forces<'a> {
 
 /// One vehicle in one flight.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct VehicleFlight {
     /// Which recording, and which of its vehicles.
     pub(super) recording: usize,
     pub(super) vehicle: usize,
     /// Number of its flight among those judged, in the order of their names.
     pub(super) flight: usize,
     /// Equal steps in time.
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<ForceSample>,
     /// Parts of the steps without a gap.
     runs: Vec<Range<usize>>,
     /// Steps that are judged.
@@ -136,7 +136,7 @@ pub(super) struct Part {
 
 /// One moment of a part.
 #[derive(Clone, Debug)]
-pub(super) struct Step {
+pub(super) struct ForceSample {
     pub(super) t_s: f64,
     pub(super) position_m: Point3<f64>,
     pub(super) velocity_mps: Vector3<f64>,
@@ -192,9 +192,9 @@ impl<'a> Forces<'a> {
             let map = FoldMap::of(&maps, fold_of[trace.recording]?, trace.of);
             let thrust_n = trace.thrust_n(map)?;
             let flight = flight_of[trace.recording]?;
-            Some(Part::new(recordings, trace, &thrust_n, flight))
+            Some(VehicleFlight::new(recordings, trace, &thrust_n, flight))
         };
-        let mut parts: Vec<Part> = traces.par_iter().filter_map(of_trace).collect();
+        let mut parts: Vec<VehicleFlight> = traces.par_iter().filter_map(of_trace).collect();
         parts.sort_by_key(|part| (part.flight, part.vehicle));
         let mut forces = Forces {
             recordings,
@@ -236,7 +236,7 @@ impl<'a> Forces<'a> {
     }
 
     /// Judged steps with their part, in order.
-    pub(super) fn judged(&self) -> impl Iterator<Item = (&Part, &Step)> + '_ {
+    pub(super) fn judged(&self) -> impl Iterator<Item = (&VehicleFlight, &ForceSample)> + '_ {
         self.parts
             .iter()
             .flat_map(|part| part.judged.iter().map(move |&at| (part, &part.steps[at])))
@@ -258,7 +258,7 @@ impl<'a> Forces<'a> {
     /// The judged rows, beside a simulation of them; rows count along them.
     pub(super) fn samples(&self, simulated_n: &[f64]) -> Vec<Sample> {
         let air_mps = self.hover_air_mps();
-        let sample = |(row, (part, step)): (usize, (&Part, &Step))| Sample {
+        let sample = |(row, (part, step)): (usize, (&VehicleFlight, &ForceSample))| Sample {
             channel: Channel::VerticalForce,
             row,
             t_s: step.t_s,
@@ -291,7 +291,7 @@ impl<'a> Forces<'a> {
         let has_wake = !self.alone || hypothesis.downwash.is_some();
         let air_mps = has_wake.then(|| self.known_air_mps(&of_air));
         let factor = hypothesis.downwash.unwrap_or(1.0);
-        let of_part = |(index, part): (usize, &Part)| {
+        let of_part = |(index, part): (usize, &VehicleFlight)| {
             let air_mps = air_mps.as_ref().map(|air_mps| &air_mps[index]);
             part.forces_n(&self.recordings[part.recording], hypothesis, |at| {
                 air_mps.map_or(0.0, |air_mps| factor * air_mps[at])
@@ -323,7 +323,7 @@ impl<'a> Forces<'a> {
     /// Air (m/s) over the rotor discs or at the centre, as each baseline declares. Where a delay
     /// leads back into a gap of a track, the air of the hover jets stands.
     fn air_mps(&self, of_air: &Hypothesis, wakes: &Wakes) -> Airs {
-        let of_part = |(index, part): (usize, &Part)| -> Vec<f64> {
+        let of_part = |(index, part): (usize, &VehicleFlight)| -> Vec<f64> {
             let recording = &self.recordings[part.recording];
             let flow = Flow::through((recording, part.recording), wakes, of_air);
             let air = recording.baseline.receiver_air;
@@ -344,9 +344,14 @@ impl<'a> Forces<'a> {
     }
 }
 
-impl Part {
+impl VehicleFlight {
     /// One vehicle's flight in equal steps. `thrust_n`: its vertical thrust at each entry.
-    fn new(recordings: &[Recording], trace: &Trace, thrust_n: &[f64], flight: usize) -> Part {
+    fn new(
+        recordings: &[Recording],
+        trace: &Trace,
+        thrust_n: &[f64],
+        flight: usize,
+    ) -> VehicleFlight {
         let recording = &recordings[trace.recording];
         let track = &trace.of.track;
         let recorded_n = force::recorded_n(trace, thrust_n, LOW_PASS);
@@ -357,7 +362,7 @@ impl Part {
         let first_v = battery_v.and_then(|all| all.iter().find(is_known));
         let ratio = |row: usize| Some(battery_v?[row] / first_v?);
         let floor_z_m = recording.environment.floor_z_m.unwrap_or(f64::NEG_INFINITY);
-        let mut steps: Vec<Step> = Vec::new();
+        let mut steps: Vec<ForceSample> = Vec::new();
         let mut runs: Vec<Range<usize>> = Vec::new();
         let usable = |row: usize| {
             (recorded_n[row] + smooth_n[row] + track.velocity_mps[row].norm()).is_finite()
@@ -376,7 +381,7 @@ impl Part {
                     continue;
                 };
                 next_s = t_s.max(next_s) + 1.0 / RATE_HZ;
-                steps.push(Step {
+                steps.push(ForceSample {
                     t_s,
                     position_m,
                     velocity_mps: track.velocity_mps[row],
@@ -393,7 +398,7 @@ impl Part {
                 runs.push(from..steps.len());
             }
         }
-        Part {
+        VehicleFlight {
             recording: trace.recording,
             vehicle: trace.vehicle,
             flight,

@@ -252,7 +252,7 @@ impl Normal {
 
 /// A flight, and what is stated of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight<'a> {
+pub struct StatedFlight<'a> {
     /// Name of the recording.
     pub name: &'a str,
     /// What its motors are given; `None` without enough steady hover.
@@ -317,7 +317,7 @@ pub struct Hardware {
 /// Every flight against the normal flights of the same drone in the same session. A normal flight
 /// is compared with the others, and left out of the scatter too.
 #[must_use]
-pub fn hardware(flights: &[Flight<'_>]) -> Hardware {
+pub fn hardware(flights: &[StatedFlight<'_>]) -> Hardware {
     let mut groups: Vec<(&str, &str)> = Vec::new();
     for flight in flights {
         if !groups.contains(&(flight.drone, flight.session)) {
@@ -515,9 +515,9 @@ mod tests {
             volts: [0, 1, 2, 3].map(|m| flight.volts[m] * if m == 2 { 1.08 } else { 1.0 }),
             ..*flight
         });
-        let flights = |sessions: [&'static str; 2]| -> Vec<Flight<'static>> {
+        let flights = |sessions: [&'static str; 2]| -> Vec<StatedFlight<'static>> {
             let of = |session| {
-                move |effort: Effort| Flight {
+                move |effort: Effort| StatedFlight {
                     name: "normal",
                     effort: Some(effort),
                     drone: "E8",

@@ -133,7 +133,7 @@ pub struct SidewaysParameter {
 
 /// One moment of one vehicle.
 #[derive(Clone, Debug)]
-struct Step {
+struct SidewaysSample {
     t_s: f64,
     flight: usize,
     /// Place among the ids of all vehicles.
@@ -157,7 +157,7 @@ struct Step {
 }
 
 struct Steps {
-    all: Vec<Step>,
+    all: Vec<SidewaysSample>,
     flights: Vec<String>,
     vehicles: Vec<String>,
     blocks: usize,
@@ -168,7 +168,7 @@ struct Candidate {
     name: &'static str,
     description: &'static str,
     grid: Vec<[f64; 2]>,
-    columns: fn(&Steps, [f64; 2]) -> Vec<Column>,
+    columns: fn(&Steps, [f64; 2]) -> Vec<Regressor>,
     /// Whether its parameter is one that cannot be below 0.
     is_positive: bool,
     /// What a point of the grid says.
@@ -177,7 +177,7 @@ struct Candidate {
 
 /// What multiplies one parameter: nothing but over one stretch of the steps, those of a flight, or
 /// all.
-struct Column {
+struct Regressor {
     name: String,
     unit: &'static str,
     from: usize,
@@ -292,7 +292,7 @@ impl Noise {
             sd_mps2: 1.0,
             memory: 0.0,
         };
-        let all: Vec<Column> = candidates
+        let all: Vec<Regressor> = candidates
             .iter()
             .flat_map(|of| (of.columns)(steps, of.grid[0]))
             .collect();
@@ -334,7 +334,7 @@ impl Noise {
         candidates: &[Candidate],
         which: &[usize],
     ) -> Vec<Vector2<f64>> {
-        let mut left: Vec<Vector2<f64>> = steps.all.iter().map(Step::left_mps2).collect();
+        let mut left: Vec<Vector2<f64>> = steps.all.iter().map(SidewaysSample::left_mps2).collect();
         if which.is_empty() {
             return left;
         }
@@ -372,8 +372,8 @@ struct Fitted {
 }
 
 impl Fitted {
-    fn left(&self, steps: &Steps, columns: &[Column]) -> Vec<Vector2<f64>> {
-        let mut left: Vec<Vector2<f64>> = steps.all.iter().map(Step::left_mps2).collect();
+    fn left(&self, steps: &Steps, columns: &[Regressor]) -> Vec<Vector2<f64>> {
+        let mut left: Vec<Vector2<f64>> = steps.all.iter().map(SidewaysSample::left_mps2).collect();
         for (value, column) in self.values.iter().zip(columns) {
             let both = left[column.from..].iter_mut().zip(&column.values);
             both.for_each(|(left, of)| *left -= of * *value);
@@ -382,7 +382,7 @@ impl Fitted {
     }
 
     /// Standard errors over blocks: `√ diag( K/(K-p) H⁻¹ (Σ g gᵀ) H⁻¹ )`.
-    fn standard_errors(&self, noise: &Noise, steps: &Steps, columns: &[Column]) -> Vec<f64> {
+    fn standard_errors(&self, noise: &Noise, steps: &Steps, columns: &[Regressor]) -> Vec<f64> {
         let left = noise.whiten(steps, 0, &self.left(steps, columns));
         let mut scores = vec![DVector::zeros(columns.len()); steps.blocks];
         for (k, column) in columns.iter().enumerate() {
@@ -410,7 +410,7 @@ impl Fitted {
 /// One choice of the grids of some candidates, with all that least squares needs, by fold.
 struct Choice {
     points: Vec<[f64; 2]>,
-    columns: Vec<Column>,
+    columns: Vec<Regressor>,
     sums: Vec<Sums>,
 }
 
@@ -423,12 +423,12 @@ struct Sums {
 }
 
 impl Choice {
-    fn new(noise: &Noise, steps: &Steps, points: Vec<[f64; 2]>, columns: Vec<Column>) -> Choice {
+    fn new(noise: &Noise, steps: &Steps, points: Vec<[f64; 2]>, columns: Vec<Regressor>) -> Choice {
         let white = columns
             .iter()
             .map(|column| noise.whiten(steps, column.from, &column.values));
         let white: Vec<Vec<Vector2<f64>>> = white.collect();
-        let target: Vec<Vector2<f64>> = steps.all.iter().map(Step::left_mps2).collect();
+        let target: Vec<Vector2<f64>> = steps.all.iter().map(SidewaysSample::left_mps2).collect();
         let target = noise.whiten(steps, 0, &target);
         let none = Sums {
             normal: DMatrix::zeros(columns.len(), columns.len()),
@@ -545,7 +545,7 @@ fn found(
     for ((k, gain, tied), point) in turns.taken.iter().zip(points) {
         let candidate = &candidates[*k];
         let own = (candidate.columns)(steps, *point).len();
-        let parameter = |(column, (value, error)): (&Column, (&f64, f64))| SidewaysParameter {
+        let parameter = |(column, (value, error)): (&Regressor, (&f64, f64))| SidewaysParameter {
             name: column.name.clone(),
             value: *value,
             unit: column.unit.to_owned(),
@@ -620,7 +620,7 @@ impl Candidate {
     }
 }
 
-impl Step {
+impl SidewaysSample {
     fn left_mps2(&self) -> Vector2<f64> {
         self.recorded_mps2 - self.baseline_mps2
     }
@@ -645,20 +645,20 @@ fn steps(recordings: &[Recording], options: &CampaignOptions) -> Result<Steps, C
         is_judged(trace.recording) && (has_attitude || trace.source == ThrustSource::ReadyForce)
     };
     let used: Vec<&Trace> = traces.iter().filter(usable).collect();
-    let of_trace = |trace: &&Trace| -> Vec<Step> {
+    let of_trace = |trace: &&Trace| -> Vec<SidewaysSample> {
         let map = FoldMap::of(&maps, fold_of[trace.recording], trace.of);
         let vehicle = vehicles.binary_search(&trace.of.id).unwrap_or(0);
         trace.thrust_n(map).map_or(Vec::new(), |upright_n| {
             of_vehicle(recordings, options, trace, &upright_n, vehicle)
         })
     };
-    let parts: Vec<Vec<Step>> = used.par_iter().map(of_trace).collect();
+    let parts: Vec<Vec<SidewaysSample>> = used.par_iter().map(of_trace).collect();
     let mut flights: Vec<usize> = used.iter().map(|trace| trace.recording).collect();
     flights.dedup();
     // Blocks of one flight are the same for all of its vehicles.
     let total: usize = parts.iter().map(Vec::len).sum();
     let stride = total.div_ceil(MOST_STEPS).max(1);
-    let mut all: Vec<Step> = Vec::new();
+    let mut all: Vec<SidewaysSample> = Vec::new();
     let mut blocks: Vec<(usize, usize)> = Vec::new();
     for part in parts {
         let mut was_kept = false;
@@ -700,7 +700,7 @@ fn of_vehicle(
     trace: &Trace,
     upright_n: &[f64],
     vehicle: usize,
-) -> Vec<Step> {
+) -> Vec<SidewaysSample> {
     let recording = &recordings[trace.recording];
     let (track, airframe) = (&trace.of.track, &trace.of.airframe);
     let (mass_kg, rows) = (airframe.mass_kg(), track.t_s.len());
@@ -774,7 +774,7 @@ fn of_vehicle(
             let nearest = nearest.min_by(|a, b| a.norm().total_cmp(&b.norm()));
             let outward = nearest.and_then(|of| of.try_normalize(1e-9));
             let nose = (track.attitude[row] * Vector3::x()).xy();
-            steps.push(Step {
+            steps.push(SidewaysSample {
                 t_s: time_s - begins_s,
                 flight: trace.recording,
                 vehicle,
@@ -808,7 +808,7 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
             name: "sensor_gain",
             description: "the thrust sideways, or the tilt, is logged too large or too small by one factor",
             grid: none(),
-            columns: |steps, _| vec![Column::new("g", "1", steps, |of| of.drive_mps2)],
+            columns: |steps, _| vec![Regressor::new("g", "1", steps, |of| of.drive_mps2)],
             is_positive: false,
             told: |_| Vec::new(),
         },
@@ -824,7 +824,7 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
                     }
                     _ => Vector2::zeros(),
                 };
-                vec![Column {
+                vec![Regressor {
                     name: "tau".to_owned(),
                     unit: "s",
                     from: 0,
@@ -839,8 +839,9 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
             description: "the drone's own motion through the air drags on its rotors and frame",
             grid: none(),
             columns: |steps, _| {
-                let drag = |of: &Step| -of.velocity_mps * (of.thrust_mps2 / of.gravity_mps2);
-                vec![Column::new("k", "1/s", steps, drag)]
+                let drag =
+                    |of: &SidewaysSample| -of.velocity_mps * (of.thrust_mps2 / of.gravity_mps2);
+                vec![Regressor::new("k", "1/s", steps, drag)]
             },
             is_positive: true,
             told: |_| Vec::new(),
@@ -875,7 +876,7 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
             grid: swings.collect(),
             columns: |steps, [radps, damping]| {
                 let swing = swing(steps, radps, damping);
-                vec![Column {
+                vec![Regressor {
                     name: "share of the mass".to_owned(),
                     unit: "1",
                     from: 0,
@@ -897,8 +898,8 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
             description: "air that the wake above draws in pushes towards its axis",
             grid: none(),
             columns: |steps, _| {
-                let inward = |of: &Step| -of.outward * (of.alpha * of.thrust_mps2);
-                vec![Column::new("c", "1", steps, inward)]
+                let inward = |of: &SidewaysSample| -of.outward * (of.alpha * of.thrust_mps2);
+                vec![Regressor::new("c", "1", steps, inward)]
             },
             is_positive: true,
             told: |_| Vec::new(),
@@ -918,14 +919,14 @@ impl SidewaysParameter {
     }
 }
 
-impl Column {
+impl Regressor {
     fn new(
         name: &str,
         unit: &'static str,
         steps: &Steps,
-        value: impl Fn(&Step) -> Vector2<f64>,
-    ) -> Column {
-        Column {
+        value: impl Fn(&SidewaysSample) -> Vector2<f64>,
+    ) -> Regressor {
+        Regressor {
             name: name.to_owned(),
             unit,
             from: 0,
@@ -935,18 +936,18 @@ impl Column {
 }
 
 /// A vector of each flight, which turns at a rate.
-fn of_flights(steps: &Steps, radps: f64) -> Vec<Column> {
+fn of_flights(steps: &Steps, radps: f64) -> Vec<Regressor> {
     let of_flight = |(flight, name): (usize, &String)| {
         // Flights follow one another.
         let [from, end] = [flight, flight + 1]
             .map(|flight| steps.all.partition_point(|step| step.flight < flight));
         let quarter = std::f64::consts::FRAC_PI_2;
         [("x", 0.0), ("y", quarter)].map(|(letter, quarter)| {
-            let axis = |of: &Step| {
+            let axis = |of: &SidewaysSample| {
                 let (sine, cosine) = (radps * of.t_s + quarter).sin_cos();
                 Vector2::new(cosine, sine)
             };
-            Column {
+            Regressor {
                 name: format!("{letter} in {name}"),
                 unit: "m/s2",
                 from,
@@ -959,11 +960,11 @@ fn of_flights(steps: &Steps, radps: f64) -> Vec<Column> {
 }
 
 /// Two angles of each vehicle, of its thrust forward and to the left.
-fn of_bodies(steps: &Steps, _: [f64; 2]) -> Vec<Column> {
+fn of_bodies(steps: &Steps, _: [f64; 2]) -> Vec<Regressor> {
     let of_vehicle = |(vehicle, id): (usize, &String)| {
         [("forward", false), ("left", true)].map(|(word, is_left)| {
             let name = format!("{word} of {id}");
-            Column::new(&name, "rad", steps, |of| {
+            Regressor::new(&name, "rad", steps, |of| {
                 let ahead = of.heading;
                 let along = if is_left {
                     Vector2::new(-ahead.y, ahead.x)

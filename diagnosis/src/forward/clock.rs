@@ -129,7 +129,7 @@ pub fn offsets(
 
 /// What an iteration of the search finds: shifts of the clocks (s), their standard errors, gains of
 /// the receivers.
-struct Step {
+struct ClockIteration {
     shifts_s: Vec<f64>,
     errors_s: Vec<f64>,
     gains: Vec<f64>,
@@ -185,7 +185,12 @@ impl Search<'_> {
     }
 
     /// A Gauss-Newton iteration; `slopes` by clock, receiver and row.
-    fn step(&self, offsets_s: &[f64], gains: &[f64], slopes: &[Vec<Vec<f64>>]) -> Option<Step> {
+    fn step(
+        &self,
+        offsets_s: &[f64],
+        gains: &[f64],
+        slopes: &[Vec<Vec<f64>>],
+    ) -> Option<ClockIteration> {
         let clocks = offsets_s.len();
         let middle_n = self.simulated_n(offsets_s);
         let width = clocks + 2 * self.forces.len();
@@ -241,7 +246,7 @@ impl Search<'_> {
         });
         let gain =
             |r: usize| (1.0 + solution[clocks + 2 * r]).clamp(LEAST_GAIN, LEAST_GAIN.recip());
-        Some(Step {
+        Some(ClockIteration {
             shifts_s: solution.rows(0, clocks).iter().copied().collect(),
             errors_s: errors_s.collect(),
             gains: (0..self.forces.len()).map(gain).collect(),

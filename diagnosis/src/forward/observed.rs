@@ -121,20 +121,20 @@ pub struct Observed<'a> {
 
 /// What was simulated, the newest last: fits come back to where they began, and what only the
 /// instrument makes of the air needs no other air.
-type Kept = VecDeque<(Air, Arc<Vec<Option<f64>>>)>;
+type Kept = VecDeque<(HypothesisAir, Arc<Vec<Option<f64>>>)>;
 
 /// What of a hypothesis tells values before gain, offset, drift and saturation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Air {
+struct HypothesisAir {
     lag_s: f64,
     clock_s: f64,
     downwash: Option<f64>,
     effects: Effects,
 }
 
-impl Air {
-    fn of(hypothesis: &Hypothesis) -> Air {
-        Air {
+impl HypothesisAir {
+    fn of(hypothesis: &Hypothesis) -> HypothesisAir {
+        HypothesisAir {
             lag_s: hypothesis.sensor.lag_s,
             clock_s: hypothesis.sensor.clock_s,
             downwash: hypothesis.downwash,
@@ -279,7 +279,7 @@ impl<'a> Observed<'a> {
     /// Values under a hypothesis as its lag and clock have them, gain, offset, drift and saturation
     /// apart; `None` where it asks for a drone's place in a gap.
     fn simulated_through(&self, hypothesis: &Hypothesis) -> Arc<Vec<Option<f64>>> {
-        let air = Air::of(hypothesis);
+        let air = HypothesisAir::of(hypothesis);
         let kept = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, values)) = kept().iter().rev().find(|(known, _)| *known == air) {
             return values.clone();

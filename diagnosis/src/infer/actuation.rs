@@ -66,7 +66,7 @@ impl Cause {
 }
 
 /// An emitter in the air: rotors that idle say nothing of its mass.
-struct Flown<'r> {
+struct AirborneEmitter<'r> {
     vehicle: &'r Vehicle,
     t_s: Vec<f64>,
     /// Over hover's.
@@ -74,15 +74,15 @@ struct Flown<'r> {
     power_w: Option<Vec<f64>>,
 }
 
-impl Flown<'_> {
+impl AirborneEmitter<'_> {
     /// `None` where no throttle is logged, or its rotors only idle.
-    fn of(vehicle: &Vehicle) -> Option<Flown<'_>> {
+    fn of(vehicle: &Vehicle) -> Option<AirborneEmitter<'_>> {
         let track = &vehicle.track;
         let throttle = track.throttle_ratio.as_ref()?;
         let entries = 0..throttle.len();
         let entries: Vec<usize> = entries.filter(|&entry| !track.is_idle(entry)).collect();
         let of = |column: &Vec<f64>| entries.iter().map(|&entry| column[entry]).collect();
-        (!entries.is_empty()).then(|| Flown {
+        (!entries.is_empty()).then(|| AirborneEmitter {
             vehicle,
             t_s: of(&track.t_s),
             throttle: of(throttle),
@@ -106,7 +106,9 @@ pub fn is_logged(recording: &Recording) -> bool {
 /// departs from what is stated, or as much as no drone could.
 #[must_use]
 pub fn cause(recording: &Recording) -> Option<Cause> {
-    let flown: Vec<Flown> = emitters(recording).filter_map(Flown::of).collect();
+    let flown: Vec<AirborneEmitter> = emitters(recording)
+        .filter_map(AirborneEmitter::of)
+        .collect();
     let first = flown.first()?;
     let ratios: Vec<f64> = flown.iter().map(|of| mean(&of.throttle)).collect();
     let density = recording.environment.air.density_kg_per_m3();
@@ -121,7 +123,7 @@ pub fn cause(recording: &Recording) -> Option<Cause> {
 }
 
 /// A constant departure.
-fn always(first: &Flown, throttle: f64, power: Option<f64>) -> Option<Cause> {
+fn always(first: &AirborneEmitter, throttle: f64, power: Option<f64>) -> Option<Cause> {
     if (throttle - 1.0).abs() < LEAST {
         return None;
     }
@@ -141,8 +143,8 @@ fn always(first: &Flown, throttle: f64, power: Option<f64>) -> Option<Cause> {
 }
 
 /// A step from the stated mass to another, and back where there is a second one.
-fn step(flown: &Flown) -> Option<Cause> {
-    let Flown { t_s, throttle, .. } = flown;
+fn step(flown: &AirborneEmitter) -> Option<Cause> {
+    let AirborneEmitter { t_s, throttle, .. } = flown;
     let steps = change_point::steps(throttle);
     let first = steps.first()?;
     let end = steps.get(1).map_or(throttle.len(), |second| second.index);

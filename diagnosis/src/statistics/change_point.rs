@@ -16,7 +16,7 @@ use super::tail;
 
 /// A step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct LevelStep {
     /// First sample after it.
     pub index: usize,
     /// Mean level from the step before, or the start, on.
@@ -43,16 +43,16 @@ const MOST_CUTS: usize = 10;
 
 /// Steps of a series of ratios in the order of time.
 #[must_use]
-pub fn steps(values: &[f64]) -> Vec<Step> {
+pub fn steps(values: &[f64]) -> Vec<LevelStep> {
     steps_of(values, LEAST_STEP, ACCEPTED)
 }
 
-fn steps_of(values: &[f64], least_step: f64, accepted: f64) -> Vec<Step> {
-    let size = |step: &Step| (step.after - step.before).abs();
-    let holds = |step: &Step| size(step) >= least_step && step.p <= accepted;
+fn steps_of(values: &[f64], least_step: f64, accepted: f64) -> Vec<LevelStep> {
+    let size = |step: &LevelStep| (step.after - step.before).abs();
+    let holds = |step: &LevelStep| size(step) >= least_step && step.p <= accepted;
     let mut cuts = tried(values);
     loop {
-        let found: Vec<Step> = (0..cuts.len()).map(|k| step(values, &cuts, k)).collect();
+        let found: Vec<LevelStep> = (0..cuts.len()).map(|k| step(values, &cuts, k)).collect();
         // The least likely to be one goes first, and its neighbours are read anew.
         let weakest = (0..found.len())
             .filter(|&k| !holds(&found[k]))
@@ -106,7 +106,7 @@ fn best_cut(values: &[f64]) -> Option<(usize, f64)> {
 }
 
 /// The step at one cut, between its neighbours.
-fn step(values: &[f64], cuts: &[usize], k: usize) -> Step {
+fn step(values: &[f64], cuts: &[usize], k: usize) -> LevelStep {
     let from = if k == 0 { 0 } else { cuts[k - 1] };
     let to = cuts.get(k + 1).copied().unwrap_or(values.len());
     let part = &values[from..to];
@@ -124,7 +124,7 @@ fn step(values: &[f64], cuts: &[usize], k: usize) -> Step {
     // The largest sum is the one at the cut, up to the weighting of ends.
     let level = mean(part);
     let sum: f64 = part[..cut].iter().map(|y| y - level).sum();
-    Step {
+    LevelStep {
         index: cuts[k],
         before,
         after,

@@ -152,7 +152,7 @@ pub struct Expression {
 
 /// A formula and how it does on blocks that it was not fitted to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundExpression {
     /// Fitted to everything.
     pub expression: Expression,
     /// Against predicting 0.
@@ -180,10 +180,10 @@ const REACH: f64 = 2.0;
 ///
 /// `y` is a residual or a correction in the values' unit, one value a sample.
 #[must_use]
-pub fn find(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Option<Found> {
+pub fn find(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Option<FoundExpression> {
     let found = judged(coordinates, y, noise);
     let (best, others) = found.split_first()?;
-    let close = |found: &&Found| {
+    let close = |found: &&FoundExpression| {
         let beyond = best.gain.beyond(&found.gain);
         beyond.total <= beyond.standard_error
     };
@@ -194,7 +194,7 @@ pub fn find(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Option<
 }
 
 /// Formulas, the best on held-out blocks first.
-fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<Found> {
+fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<FoundExpression> {
     let finite =
         |i: &usize| y[*i].is_finite() && coordinates.iter().all(|c| c.values[*i].is_finite());
     let rows: Vec<usize> = (0..y.len()).filter(finite).collect();
@@ -204,7 +204,7 @@ fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<Found
         y,
         weights: &noise.weights(),
     };
-    let mut found: Vec<Found> = best_forms(&data, &rows)
+    let mut found: Vec<FoundExpression> = best_forms(&data, &rows)
         .par_iter()
         .filter_map(|form| {
             let expression = data.fit(&rows, form)?;
@@ -223,7 +223,7 @@ fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<Found
                 }
             }
             let gain = Gain::between(noise, y, &after);
-            Some(Found { expression, gain })
+            Some(FoundExpression { expression, gain })
         })
         .collect();
     found.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));
@@ -238,7 +238,7 @@ struct Data<'a> {
 }
 
 /// A factor on the searched samples.
-struct Column {
+struct FactorColumn {
     factor: Factor,
     values: Vec<f64>,
 }
@@ -250,7 +250,7 @@ fn best_forms(data: &Data<'_>, rows: &[usize]) -> Vec<Form> {
     }
     let step = rows.len().div_ceil(SEARCHED);
     let rows: Vec<usize> = rows.iter().copied().step_by(step).collect();
-    let mut grid = Grid {
+    let mut grid = ExpressionGrid {
         data,
         columns: columns(data, &rows),
         taken: BTreeMap::new(),
@@ -261,7 +261,7 @@ fn best_forms(data: &Data<'_>, rows: &[usize]) -> Vec<Form> {
     grid.forms()
 }
 
-fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<Column> {
+fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<FactorColumn> {
     let mut columns = Vec::new();
     for (coordinate, of) in data.coordinates.iter().enumerate() {
         let values = || rows.iter().map(|&i| of.values[i]);
@@ -281,7 +281,7 @@ fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<Column> {
                     constant,
                 };
                 let values = values().map(|x| factor.at(x)).collect();
-                columns.push(Column { factor, values });
+                columns.push(FactorColumn { factor, values });
             }
         }
     }
@@ -292,15 +292,15 @@ fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<Column> {
 type Key = (bool, Vec<(usize, usize)>);
 
 /// The search over the grid of inner constants.
-struct Grid<'a> {
+struct ExpressionGrid<'a> {
     data: &'a Data<'a>,
     rows: Vec<usize>,
-    columns: Vec<Column>,
+    columns: Vec<FactorColumn>,
     /// Sum of squares taken, and the constants that take most.
     taken: BTreeMap<Key, (f64, Form)>,
 }
 
-impl Grid<'_> {
+impl ExpressionGrid<'_> {
     /// Tries the chosen factors times every later column, and goes on from there.
     fn extend(&mut self, length: usize, product: &[f64], chosen: &mut Vec<(usize, Factor)>) {
         let first = chosen.last().map_or(0, |(at, _)| at + 1);

@@ -297,14 +297,14 @@ fn kept(memory_s: f64, while_s: f64) -> f64 {
 pub struct Whitener {
     sd: Vec<f64>,
     /// In the order of series and of time.
-    steps: Vec<Step>,
+    steps: Vec<FilterStep>,
     /// In the order in which it is taken out.
     shared: Vec<Shared>,
 }
 
 /// One step of the filter.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct FilterStep {
     at: usize,
     /// The sample before, and what is kept of the gust there, `k`; itself and 0 without one.
     before: usize,
@@ -366,7 +366,7 @@ impl Whitener {
             let spread = white.hypot(of_gusts * unsure.sqrt());
             let told = unsure * of_gusts / spread;
             unknown[at] = unsure - told * told;
-            Step {
+            FilterStep {
                 at,
                 before,
                 kept,

@@ -58,7 +58,7 @@ const FLIPS: usize = 199;
 type Run = Range<usize>;
 
 /// Coordinates by parts.
-struct Grid<'a> {
+struct ScanGrid<'a> {
     coordinates: &'a [Vec<f64>],
     /// Of every coordinate, how many parts.
     counts: Vec<usize>,
@@ -66,7 +66,7 @@ struct Grid<'a> {
     parts: Vec<Vec<Option<usize>>>,
 }
 
-impl<'a> Grid<'a> {
+impl<'a> ScanGrid<'a> {
     fn new(coordinates: &'a [Vec<f64>], parts: usize) -> Self {
         let binned = coordinates.iter().map(|values| {
             let edges = quantile_edges(values, parts);
@@ -167,7 +167,7 @@ pub fn scan(
     blocks: &Blocks,
     seed: u64,
 ) -> Option<Region> {
-    let grid = Grid::new(coordinates, PARTS);
+    let grid = ScanGrid::new(coordinates, PARTS);
     let (runs, samples, z) = search(&grid, white);
     if runs.is_empty() {
         return None;
@@ -191,7 +191,7 @@ pub fn scan(
 }
 
 /// The best box, one coordinate after the other, the samples in it, and its z.
-fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, Vec<usize>, f64) {
+fn search(grid: &ScanGrid, white: &[f64]) -> (Vec<(usize, Run)>, Vec<usize>, f64) {
     let mut runs: Vec<(usize, Run)> = Vec::new();
     let mut z_of_box = 0.0f64;
     let mut inside: Vec<usize> = (0..white.len()).collect();
@@ -218,7 +218,7 @@ fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, Vec<usize>, f64) {
 #[must_use]
 pub fn describe(coordinates: &[Vec<f64>], marked: &[bool]) -> Vec<Interval> {
     // Finer than the scan: what is marked is known here.
-    let grid = Grid::new(coordinates, 2 * PARTS);
+    let grid = ScanGrid::new(coordinates, 2 * PARTS);
     let wanted = marked.iter().filter(|m| **m).count();
     if wanted == 0 || wanted == marked.len() {
         return Vec::new();

@@ -44,7 +44,7 @@ pub(super) struct Members<'a> {
 
 /// A fleet's file, as far as it could be read.
 pub(super) struct FleetFile {
-    fleet: Option<Fleet>,
+    fleet: Option<StatedFleet>,
     problems: Vec<Problem>,
     /// Airframes that could not be read.
     spoilt: Vec<String>,
@@ -150,7 +150,7 @@ pub(super) fn without_limits(vehicle: &Vehicle, world: &World, speed_mps: f64) -
 }
 
 /// What the airframes' file says.
-struct Fleet {
+struct StatedFleet {
     bounds_m: Option<Bounds>,
     air: written::Air,
     obstacles: Vec<written::Obstacle>,
@@ -179,7 +179,7 @@ fn fleet_of<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
     spoilt: &mut Vec<String>,
-) -> Option<Fleet> {
+) -> Option<StatedFleet> {
     let mut record = reader.record(value, "Fleet", "the fleet".to_owned())?;
     let bounds_m = record.optional(reader, "bounds_m", bounds);
     let air = record.optional(reader, "air", read::air);
@@ -195,7 +195,7 @@ fn fleet_of<'t>(
     let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, drone));
     let drones = record.optional(reader, "drones", list);
     record.close(reader);
-    Some(Fleet {
+    Some(StatedFleet {
         bounds_m,
         air: air.unwrap_or_default(),
         obstacles: obstacles.unwrap_or_default(),
@@ -224,7 +224,7 @@ fn drone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<
     })
 }
 
-impl Fleet {
+impl StatedFleet {
     /// The scenario that these would have had, without tasks.
     fn written(
         self,

@@ -762,7 +762,7 @@ mod tests {
         let outcome = crate::plan_world(&world, &crate::Control::QUIET).expect("in order");
         let planned = outcome.into_planned().expect("a plan");
         assert!(planned.plan.unplanned.is_empty() && planned.plan.violations.is_empty());
-        assert!(planned.plan.air_delay.is_some(), "wakes take their time");
+        assert!(planned.plan.air_delay.is_some(), "wakes are advected");
         for (drone, asked) in planned.plan.drones.iter().zip(&world.drones) {
             let at_m = drone.trajectory.position_m(7.5).expect("it is there");
             assert!((at_m - asked.tasks[0].to_m).norm() < 1e-6, "{}", drone.name);

@@ -27,14 +27,14 @@ pub(crate) struct Solids {
     /// By box; its leaves are `parts`.
     tree: Bvh,
     /// Convex solids, and connected parts of meshes.
-    parts: Vec<Part>,
+    parts: Vec<Leaf>,
     /// Those of higher index bear nothing: zones that keep bodies out.
     obstacle_count: usize,
 }
 
 /// What the tree tells apart.
 #[derive(Debug)]
-struct Part {
+struct Leaf {
     /// Index in the slice that the solids were made from.
     obstacle: usize,
     /// Its geometry (m).
@@ -85,7 +85,7 @@ impl Solids {
                     ..
                 } => mesh_parts(vertices_m, triangles),
             };
-            parts.extend(forms.into_iter().map(|form| Part { obstacle, form }));
+            parts.extend(forms.into_iter().map(|form| Leaf { obstacle, form }));
         }
         let boxes: Vec<Aabb> = parts.iter().map(|part| part.form.aabb()).collect();
         Solids {

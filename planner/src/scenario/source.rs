@@ -118,7 +118,7 @@ impl<'t> Value<'t> {
         match self.text.strip_prefix("Some") {
             Some(rest) if rest.trim_start().starts_with('(') => match self.parts('(').as_slice() {
                 [
-                    Part {
+                    Element {
                         colon: None, after, ..
                     },
                 ] => Some(self.cut(after)),
@@ -137,14 +137,14 @@ impl<'t> Value<'t> {
     /// The values of a tuple `(a, b)`, however many there are.
     pub(super) fn tuple(&self) -> Option<Vec<Value<'t>>> {
         let parts = self.text.starts_with('(').then(|| self.parts('('))?;
-        let value = |part: &Part| part.colon.is_none().then(|| self.cut(&part.after));
+        let value = |part: &Element| part.colon.is_none().then(|| self.cut(&part.after));
         parts.iter().map(value).collect()
     }
 
     /// The entries of a map `{ "a": b }`, repeated keys included.
     pub(super) fn entries(&self) -> Option<Vec<(Value<'t>, Value<'t>)>> {
         let parts = self.text.starts_with('{').then(|| self.parts('{'))?;
-        let entry = |part: &Part| (self.cut(&part.before), self.cut(&part.after));
+        let entry = |part: &Element| (self.cut(&part.before), self.cut(&part.after));
         Some(parts.iter().map(entry).collect())
     }
 
@@ -155,7 +155,7 @@ impl<'t> Value<'t> {
         if !self.text.ends_with(')') || (!typed.is_empty() && typed != name) {
             return None;
         }
-        let pair = |part: &Part| {
+        let pair = |part: &Element| {
             let (key, value) = (self.cut(&part.before), self.cut(&part.after));
             part.colon.map(|_| Pair {
                 key: key.text,
@@ -201,9 +201,9 @@ impl<'t> Value<'t> {
     }
 
     /// What stands between the commas of its outermost bracket, without blanks and comments around.
-    fn parts(&self, bracket: char) -> Vec<Part> {
+    fn parts(&self, bracket: char) -> Vec<Element> {
         let mut parts = Vec::new();
-        let mut part = Part::default();
+        let mut part = Element::default();
         let mut depth = 0;
         for Token { at, end } in Tokens::of(self.text) {
             let letter = self.text.as_bytes()[at];
@@ -246,7 +246,7 @@ impl<'t> Value<'t> {
 /// What stands between two commas: `before: after`, or only `after`. Ranges are empty where there
 /// is nothing.
 #[derive(Debug, Default)]
-struct Part {
+struct Element {
     /// Where the colon stands, in bytes of the bracket's text.
     colon: Option<usize>,
     /// Before the colon.

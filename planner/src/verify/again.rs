@@ -27,21 +27,21 @@ pub(crate) struct Judgements {
 struct Kept {
     judgement: Arc<Judgement>,
     /// What was judged.
-    flown: Flown,
+    flown: FlownEntry,
     /// Those near it, by name, and until when (s).
     near: Vec<(String, f64)>,
 }
 
 /// What a drone flies, as far as others and limits are concerned.
 #[derive(Clone, Debug, PartialEq)]
-struct Flown {
+struct FlownEntry {
     entry: DronePlan,
     is_unplanned: bool,
 }
 
-impl Flown {
+impl FlownEntry {
     /// Of the drone with this index.
-    fn of(plan: &Plan, index: usize) -> Flown {
+    fn of(plan: &Plan, index: usize) -> FlownEntry {
         let drone = &plan.drones[index];
         let is_unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
         // Results are none of it.
@@ -59,14 +59,14 @@ impl Flown {
             may_be_late_s: None,
             ..drone.clone()
         };
-        Flown {
+        FlownEntry {
             entry,
             is_unplanned,
         }
     }
 
     /// Since when another is not the same (s); infinite if it is.
-    fn differs_s(&self, other: &Flown) -> f64 {
+    fn differs_s(&self, other: &FlownEntry) -> f64 {
         if self == other {
             return f64::INFINITY;
         }
@@ -114,7 +114,9 @@ impl Judgements {
         let known = |k: usize| self.of_drones.get(&flights[k].name);
         // Since when each is not what it was (s).
         let differs_s = |k: usize| match known(k) {
-            Some(known) => known.flown.differs_s(&Flown::of(plan, flights[k].index)),
+            Some(known) => known
+                .flown
+                .differs_s(&FlownEntry::of(plan, flights[k].index)),
             None => f64::NEG_INFINITY,
         };
         let differs_s: Vec<f64> = (0..flights.len()).map(differs_s).collect();
@@ -156,7 +158,7 @@ impl Judgements {
                 let others = others.map(|it| (scene.flights[it.other].name.clone(), it.span_s.1));
                 Arc::new(Kept {
                     judgement: Arc::clone(judgement),
-                    flown: Flown::of(plan, flight.index),
+                    flown: FlownEntry::of(plan, flight.index),
                     near: others.collect(),
                 })
             });

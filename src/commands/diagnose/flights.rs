@@ -21,7 +21,7 @@ pub(super) struct Flights<'a> {
     #[serde(flatten)]
     finding: &'a Finding,
     /// Which flight, drone and moment each row is.
-    rows: Vec<Row<'a>>,
+    rows: Vec<FlightRow<'a>>,
     #[serde(flatten)]
     found: &'a CampaignFinding,
     /// What forces to the sides say; none where they cannot be judged.
@@ -29,7 +29,7 @@ pub(super) struct Flights<'a> {
 }
 
 #[derive(Serialize)]
-struct Row<'a> {
+struct FlightRow<'a> {
     flight: &'a str,
     vehicle: &'a str,
     t_s: f64,
@@ -41,7 +41,7 @@ impl<'a> Flights<'a> {
         sideways: Option<&'a SidewaysFinding>,
         recordings: &'a [Recording],
     ) -> Flights<'a> {
-        let row = |(sample, &of): (&Sample, &usize)| Row {
+        let row = |(sample, &of): (&Sample, &usize)| FlightRow {
             flight: &recordings[of].name,
             vehicle: &recordings[of].vehicles[sample.subject as usize].id,
             t_s: sample.t_s,

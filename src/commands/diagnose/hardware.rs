@@ -1,7 +1,7 @@
 //! Flights of one kind of drone against its normal flights: has a weight or a propeller changed?
 
 use diagnosis::campaign::hardware::{
-    Change, Effort, Flight, Hardware, HardwareRow, LEAST_NORMAL, SessionRow, hardware,
+    Change, Effort, Hardware, HardwareRow, LEAST_NORMAL, SessionRow, StatedFlight, hardware,
 };
 use diagnosis::record::recording::Recording;
 
@@ -46,9 +46,9 @@ pub(super) fn run(
 
 /// Every flight against the normal ones of its drone and session.
 pub(crate) fn judge(recordings: &[Recording], names: Names<'_>) -> Result<Hardware, Failure> {
-    let flights: Vec<Flight<'_>> = recordings
+    let flights: Vec<StatedFlight<'_>> = recordings
         .iter()
-        .map(|one| Flight {
+        .map(|one| StatedFlight {
             name: &one.name,
             effort: Effort::of(one),
             drone: part_of(&one.name, names.drones),

@@ -28,7 +28,7 @@ const LATEST_S: f64 = 0.6;
 const AHEAD_S: f64 = 60.0;
 
 /// What a client knows of a drone.
-struct Known {
+struct KnownDrone {
     trajectory: TrajectoryEntry,
     at_end: AtEnd,
     /// When it failed, of a wreck, or was told to land (s).
@@ -42,7 +42,7 @@ pub(super) struct Life {
     /// At most so many.
     most: usize,
     /// A client's copy of the plan, kept by patches alone.
-    known: BTreeMap<String, Known>,
+    known: BTreeMap<String, KnownDrone>,
     records: Vec<Record>,
     /// Free columns (m).
     columns: Vec<[f64; 2]>,
@@ -100,7 +100,7 @@ impl Life {
 
     fn take_over(&mut self, plan: &Plan) {
         let known = plan.drones.iter().map(|it| {
-            let known = Known {
+            let known = KnownDrone {
                 trajectory: it.trajectory.clone(),
                 at_end: it.at_end,
                 since_s: None,
@@ -188,14 +188,14 @@ impl Life {
         for it in &patch.changed {
             let since_s = it.drone.ends_with("(wreck)").then_some(self.at_s);
             let before = self.known.get(&it.drone).and_then(|it| it.since_s);
-            let known = Known {
+            let known = KnownDrone {
                 trajectory: it.trajectory.clone(),
                 at_end: it.at_end,
                 since_s: since_s.or(before),
             };
             self.known.insert(it.drone.clone(), known);
         }
-        let is_gone = |it: &Known| {
+        let is_gone = |it: &KnownDrone| {
             it.at_end == AtEnd::Leave
                 && it.trajectory.t_s.last().is_some_and(|t_s| *t_s < self.at_s)
         };
@@ -205,11 +205,12 @@ impl Life {
     /// Something that happens to a drone, and to which.
     fn change(&mut self, taken: &BTreeSet<String>) -> Option<(String, Value)> {
         let at_s = self.at_s;
-        let ends_s = |it: &Known| it.trajectory.t_s.last().copied().unwrap_or(0.0);
-        let hovers = |it: &Known| it.at_end == AtEnd::Hover;
-        let idle = |it: &Known| hovers(it) && ends_s(it) + 1.0 < at_s;
-        let flies = |it: &Known| hovers(it) && ends_s(it) > at_s + 1.0;
-        let since = |it: &Known, for_s: f64| it.since_s.is_some_and(|then| then + for_s < at_s);
+        let ends_s = |it: &KnownDrone| it.trajectory.t_s.last().copied().unwrap_or(0.0);
+        let hovers = |it: &KnownDrone| it.at_end == AtEnd::Hover;
+        let idle = |it: &KnownDrone| hovers(it) && ends_s(it) + 1.0 < at_s;
+        let flies = |it: &KnownDrone| hovers(it) && ends_s(it) > at_s + 1.0;
+        let since =
+            |it: &KnownDrone, for_s: f64| it.since_s.is_some_and(|then| then + for_s < at_s);
         match self.draws.below(100) {
             0..40 => {
                 let drone = self.one(taken, idle)?;
@@ -260,7 +261,11 @@ impl Life {
     }
 
     /// One of those of which it is so.
-    fn one(&mut self, taken: &BTreeSet<String>, is_so: impl Fn(&Known) -> bool) -> Option<String> {
+    fn one(
+        &mut self,
+        taken: &BTreeSet<String>,
+        is_so: impl Fn(&KnownDrone) -> bool,
+    ) -> Option<String> {
         let all = self
             .known
             .iter()
@@ -274,7 +279,7 @@ impl Life {
     fn free_place(&mut self, drone: &str) -> Option<[f64; 3]> {
         for _ in 0..TRIES {
             let [x, y] = self.columns[self.draws.below(self.columns.len())];
-            let near = |(name, it): (&String, &Known)| {
+            let near = |(name, it): (&String, &KnownDrone)| {
                 let last_m = it.trajectory.position_m.last();
                 name != drone && last_m.is_some_and(|it| (it.x - x).hypot(it.y - y) < APART_M)
             };

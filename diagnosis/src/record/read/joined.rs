@@ -25,7 +25,7 @@ pub struct JoinedLog<R> {
 }
 
 /// A log that was read, on its own clock and in its own frame.
-struct Part {
+struct ReadLog {
     recording: Recording,
     /// When its own time is 0, on the clock that all share.
     zero: Option<Start>,
@@ -50,7 +50,7 @@ pub fn read_joined<R: BufRead>(
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
     let mut problems = Vec::new();
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<ReadLog> = Vec::new();
     for mut log in logs {
         let mut found = Found::default();
         let bytes = &mut log.bytes;
@@ -63,7 +63,7 @@ pub fn read_joined<R: BufRead>(
         });
         if let Some(mut recording) = read {
             recording.remarks = found.remarks;
-            parts.push(Part {
+            parts.push(ReadLog {
                 recording,
                 zero: stated.or(found.starts),
                 first_s,
@@ -103,7 +103,7 @@ pub fn read_joined<R: BufRead>(
     }
     let zeros = parts.iter().filter_map(|part| part.zero);
     let within_s = zeros.map(|zero| zero.within_s).fold(0.0, f64::max);
-    let begins_s = |part: &Part| part.zero.map_or(0.0, |zero| zero.at_s) + part.first_s;
+    let begins_s = |part: &ReadLog| part.zero.map_or(0.0, |zero| zero.at_s) + part.first_s;
     let start_s = parts.iter().map(begins_s).fold(f64::INFINITY, f64::min);
     let frame = parts.iter().find_map(|part| part.origin);
     let mut joined: Option<Recording> = None;

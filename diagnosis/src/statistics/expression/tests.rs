@@ -33,7 +33,7 @@ fn made(law: impl Fn(f64, f64, f64) -> f64, sd: f64) -> Made {
     made
 }
 
-fn found(made: &Made, sd: f64) -> Vec<Found> {
+fn found(made: &Made, sd: f64) -> Vec<FoundExpression> {
     let coordinates = [
         Coordinate {
             letter: "U",

@@ -46,7 +46,7 @@ pub(super) struct Shape {
     /// lowest on.
     at: Vec<f64>,
     between: Vec<f64>,
-    air: Air,
+    air: PairAir,
     /// Farther aside (cells) nothing is forbidden, and no load counts.
     widest: f64,
     /// Farther aside (cells) nothing is priced.
@@ -75,7 +75,7 @@ pub(super) struct ConvectiveDelays {
 }
 
 impl ConvectiveDelays {
-    /// Whether air takes no time.
+    /// Whether wakes are quasi-static.
     fn is_none(&self) -> bool {
         self.carriers.iter().all(|it| it.delay_ticks(1.0) == 0.0)
     }
@@ -97,7 +97,7 @@ const RINGS: usize = 20;
 /// What wakes of two classes bring to one another, by layers of the first above the second and
 /// [`RINGS`] aside.
 #[derive(Debug)]
-pub(super) struct Air {
+pub(super) struct PairAir {
     /// From the lowest layer on, what hovering costs both (s/s).
     prices: Vec<Vec<f64>>,
     /// From the lowest layer on, loads on both (parts of a budget).
@@ -106,8 +106,8 @@ pub(super) struct Air {
     between: Vec<Vec<[f64; 2]>>,
 }
 
-impl Air {
-    pub(super) fn new(lattice: &Lattice, fleet: &Fleet, classes: [Class; 2]) -> Air {
+impl PairAir {
+    pub(super) fn new(lattice: &Lattice, fleet: &Fleet, classes: [Class; 2]) -> PairAir {
         let cell_m = lattice.cell_m();
         let most = lattice.counts()[2] as i32;
         let near_m = 2.0 * fleet.near_m() + cell_m;
@@ -136,7 +136,7 @@ impl Air {
             rings.clone().map(at_ring).collect()
         };
         let between = (-most - 1..=most).into_par_iter();
-        Air {
+        PairAir {
             prices: (-most..=most).into_par_iter().map(prices).collect(),
             at: (-most..=most)
                 .into_par_iter()
@@ -147,9 +147,9 @@ impl Air {
     }
 
     /// The same of the second as seen from the first.
-    pub(super) fn reversed(&self) -> Air {
+    pub(super) fn reversed(&self) -> PairAir {
         let swapped = |rings: &Vec<[f64; 2]>| rings.iter().map(|[a, b]| [*b, *a]).collect();
-        Air {
+        PairAir {
             prices: self.prices.iter().rev().cloned().collect(),
             at: self.at.iter().rev().map(swapped).collect(),
             between: self.between.iter().rev().map(swapped).collect(),
@@ -169,7 +169,7 @@ impl Shape {
     pub(super) fn new(
         (lattice, fleet): (&Lattice, &Fleet),
         [me, other]: [Class; 2],
-        air: Air,
+        air: PairAir,
     ) -> Shape {
         let cell_m = lattice.cell_m();
         let most = lattice.counts()[2] as i32;
@@ -187,7 +187,7 @@ impl Shape {
         let between: Vec<f64> = all.iter().map(|k| widest(*k, k + 1)).collect();
         let bodies = (1..most).find(|k| f64::from(k - 1) >= keep_out.body_radius());
         let counts = |loads: &[f64; 2]| loads.iter().any(|load| *load >= LEAST_LOAD);
-        let loaded = [&air.at, &air.between].map(|layers| Air::farthest(layers, counts));
+        let loaded = [&air.at, &air.between].map(|layers| PairAir::farthest(layers, counts));
         let is_priced = |price: &f64| *price >= LEAST_PRICE;
         let matters = |index: usize| {
             at[index] > 0.0 || between[index] > 0.0 || air.prices[index].iter().any(is_priced)
@@ -214,7 +214,7 @@ impl Shape {
             at,
             between,
             widest: farthest,
-            priced: Air::farthest(&air.prices, is_priced),
+            priced: PairAir::farthest(&air.prices, is_priced),
             air,
         }
     }

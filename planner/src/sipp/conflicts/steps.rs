@@ -15,7 +15,7 @@ use nalgebra::Point3;
 use super::column::Record;
 use super::directions::neighbour;
 pub(super) use super::directions::{STILL, cells};
-use super::shape::{Air, Shape};
+use super::shape::{PairAir, Shape};
 use super::table::ConflictTable;
 use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
@@ -114,10 +114,10 @@ impl Steps {
         if classes.len() > MOST_CLASSES {
             return None;
         }
-        let mut airs: Vec<Air> = Vec::with_capacity(classes.len() * classes.len());
+        let mut airs: Vec<PairAir> = Vec::with_capacity(classes.len() * classes.len());
         for (me, other) in pairs(classes.len()) {
             let air = match me <= other {
-                true => Air::new(lattice, costmap.fleet(), [classes[me], classes[other]]),
+                true => PairAir::new(lattice, costmap.fleet(), [classes[me], classes[other]]),
                 false => airs[other * classes.len() + me].reversed(),
             };
             airs.push(air);

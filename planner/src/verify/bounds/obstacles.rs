@@ -32,13 +32,13 @@ pub(crate) struct Obstacles {
 pub struct NamedSolid {
     /// The plan's name for it.
     pub name: String,
-    shape: Shape,
+    shape: SolidForm,
     /// Its bounding box.
     box_m: Places,
 }
 
 #[derive(Debug)]
-enum Shape {
+enum SolidForm {
     /// Its bounding box.
     Box,
     Cylinder {
@@ -112,7 +112,7 @@ impl NamedSolid {
                 if !is_box(min_m, max_m) {
                     return Err(no("box"));
                 }
-                (Shape::Box, (min_m.coords, max_m.coords))
+                (SolidForm::Box, (min_m.coords, max_m.coords))
             }
             &plan::Solid::Cylinder {
                 base_m,
@@ -125,7 +125,7 @@ impl NamedSolid {
                 }
                 let low_m = base_m.coords - Vector3::new(radius_m, radius_m, 0.0);
                 let high_m = base_m.coords + Vector3::new(radius_m, radius_m, height_m);
-                let shape = Shape::Cylinder {
+                let shape = SolidForm::Cylinder {
                     base_m,
                     radius_m,
                     height_m,
@@ -157,7 +157,7 @@ impl NamedSolid {
     pub fn of_zone(zone: &plan::Zone) -> NamedSolid {
         NamedSolid {
             name: zone.name.clone(),
-            shape: Shape::Box,
+            shape: SolidForm::Box,
             box_m: (zone.min_m.coords, zone.max_m.coords),
         }
     }
@@ -170,8 +170,8 @@ impl NamedSolid {
     /// Distance from a place to the solid (m); 0 inside. It changes no faster than the place moves.
     pub fn distance_m(&self, place_m: &Vector3<f64>) -> f64 {
         match &self.shape {
-            Shape::Box => self.box_distance_m(&(*place_m, *place_m)),
-            Shape::Cylinder {
+            SolidForm::Box => self.box_distance_m(&(*place_m, *place_m)),
+            SolidForm::Cylinder {
                 base_m,
                 radius_m,
                 height_m,
@@ -180,7 +180,7 @@ impl NamedSolid {
                 let above = (base_m.z - place_m.z).max(place_m.z - base_m.z - height_m);
                 outside.hypot(above.max(0.0))
             }
-            Shape::Mesh { surface, insides } => {
+            SolidForm::Mesh { surface, insides } => {
                 let point = [place_m.x, place_m.y, place_m.z].into();
                 let is_inside = |it: &TriMesh| {
                     it.local_aabb().contains_local_point(point) && it.contains_local_point(point)
@@ -207,11 +207,11 @@ impl NamedSolid {
         }
         let top_z_m = self.box_m.1.z.min(place_m.z);
         match &self.shape {
-            Shape::Box => Some(top_z_m),
-            Shape::Cylinder {
+            SolidForm::Box => Some(top_z_m),
+            SolidForm::Cylinder {
                 base_m, radius_m, ..
             } => ((place_m - base_m).xy().norm() <= *radius_m).then_some(top_z_m),
-            Shape::Mesh { surface, .. } => {
+            SolidForm::Mesh { surface, .. } => {
                 let from = [place_m.x, place_m.y, place_m.z].into();
                 let down = Ray::new(from, [0.0, 0.0, -1.0].into());
                 surface
@@ -224,7 +224,7 @@ impl NamedSolid {
     /// Whether a place (m) is over it: its top, or any of its faces, lies straight below.
     pub fn is_below(&self, place_m: &Point3<f64>) -> bool {
         let is_above = match &self.shape {
-            Shape::Mesh { .. } => true,
+            SolidForm::Mesh { .. } => true,
             _ => place_m.z >= self.box_m.1.z,
         };
         is_above && self.support_z_m(place_m).is_some()
@@ -232,7 +232,7 @@ impl NamedSolid {
 
     /// Height of the level face that may stop a wake (m).
     fn top_z_m(&self) -> Option<f64> {
-        (!matches!(self.shape, Shape::Mesh { .. })).then_some(self.box_m.1.z)
+        (!matches!(self.shape, SolidForm::Mesh { .. })).then_some(self.box_m.1.z)
     }
 
     /// Whether a wake from some place of a box ends on the top face, and whether it does from every
@@ -258,7 +258,7 @@ impl NamedSolid {
     /// Whether a level disc lies within the outline: one of the first radius from at least one
     /// place of a box, and one of the second from every place of it (m).
     fn covers(&self, (low_m, high_m): &Places, (least_m, most_m): (f64, f64)) -> (bool, bool) {
-        if let Shape::Cylinder {
+        if let SolidForm::Cylinder {
             base_m, radius_m, ..
         } = &self.shape
         {
@@ -315,7 +315,7 @@ fn moved(wake: &Wake, places_m: &Places, z_m: f64) -> Option<(Places, (f64, f64)
 
 /// A mesh; of its connected parts that close a volume also the inside counts. `None` where the
 /// numbers make none.
-fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
+fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<SolidForm> {
     let mut corners = triangles.iter().flatten();
     let known = corners.all(|&k| (k as usize) < vertices_m.len());
     if !known || !vertices_m.iter().all(|v| v.iter().all(|x| x.is_finite())) {
@@ -326,7 +326,7 @@ fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
     let parts = closed_parts(vertices_m, triangles);
     let insides = parts.iter().map(|part| outward(part));
     let insides = insides.collect::<Option<_>>()?;
-    Some(Shape::Mesh { surface, insides })
+    Some(SolidForm::Mesh { surface, insides })
 }
 
 /// Corners of a triangle (m).

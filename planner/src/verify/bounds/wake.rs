@@ -299,7 +299,7 @@ fn reaches(wake: &Wake) -> Arc<[f64]> {
 
 /// The air of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Air {
+struct PlanAir {
     density_kg_per_m3: f64,
     jet: Jet,
     flown: Flown,
@@ -307,8 +307,8 @@ struct Air {
 }
 
 /// A wake that was bounded, and what it follows from.
-struct Made {
-    air: Air,
+struct CachedWake {
+    air: PlanAir,
     airframe: Airframe,
     mass_kg: f64,
     wake: Arc<BoundedWake>,
@@ -317,17 +317,17 @@ struct Made {
 /// Wakes bounded in this process, the latest last: a plan is judged by its contents alone, many
 /// times while it is made and flown, in the air of the time before. No answer depends on what is
 /// in here.
-static LATEST: Mutex<VecDeque<Made>> = Mutex::new(VecDeque::new());
+static LATEST: Mutex<VecDeque<CachedWake>> = Mutex::new(VecDeque::new());
 /// So many are kept: chosen here, the layers of one that the wind lays down take a megabyte.
 const KEPT: usize = 32;
 
 /// Wakes and rotor discs by airframe and mass: each near field is tabulated once for an airframe.
 pub(crate) struct WakeCache {
-    air: Air,
-    known: Vec<Known>,
+    air: PlanAir,
+    known: Vec<CachedWakes>,
 }
 
-struct Known {
+struct CachedWakes {
     airframe: Airframe,
     discs: Arc<DiscPoints>,
     /// By mass (kg), the airframe's own first.
@@ -339,7 +339,7 @@ impl WakeCache {
     /// down to a depth (m).
     pub(crate) fn new(density_kg_per_m3: f64, jet: Jet, flown: Flown, deepest_m: f64) -> WakeCache {
         WakeCache {
-            air: Air {
+            air: PlanAir {
                 density_kg_per_m3,
                 jet,
                 flown,
@@ -367,7 +367,7 @@ impl WakeCache {
     ) -> (Arc<BoundedWake>, Arc<DiscPoints>) {
         let known = self.known.iter().position(|it| it.airframe == *airframe);
         let index = known.unwrap_or_else(|| {
-            let Air {
+            let PlanAir {
                 density_kg_per_m3,
                 jet,
                 flown,
@@ -378,7 +378,7 @@ impl WakeCache {
                 let plain = Wake::new(airframe, bare_kg, density_kg_per_m3, &jet);
                 BoundedWake::new(flown.wake(&plain), deepest_m)
             });
-            self.known.push(Known {
+            self.known.push(CachedWakes {
                 airframe: airframe.clone(),
                 discs: Arc::new(airframe.disc_points()),
                 wakes: vec![(bare_kg, bare)],
@@ -407,8 +407,9 @@ impl WakeCache {
         make: impl FnOnce() -> BoundedWake,
     ) -> Arc<BoundedWake> {
         let latest = || LATEST.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_it =
-            |it: &Made| it.mass_kg == mass_kg && it.airframe == *airframe && it.air == self.air;
+        let is_it = |it: &CachedWake| {
+            it.mass_kg == mass_kg && it.airframe == *airframe && it.air == self.air
+        };
         let known = (latest().iter())
             .find(|it| is_it(it))
             .map(|it| Arc::clone(&it.wake));
@@ -419,7 +420,7 @@ impl WakeCache {
         if latest.len() == KEPT {
             latest.pop_front();
         }
-        latest.push_back(Made {
+        latest.push_back(CachedWake {
             air: self.air,
             airframe: airframe.clone(),
             mass_kg,

@@ -216,7 +216,7 @@ fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
     let superposition =
         Superposition::from_str(&plan.air.superposition).map_err(|error| error.to_string())?;
     if plan.quasi_static != plan.convection().is_none() {
-        let why = "quasi_static is true exactly where air takes no time";
+        let why = "quasi_static is true exactly where no convective delay is stated";
         return Err(format!("it contradicts itself: {why}"));
     }
     let effects = plan.air.effects.unwrap_or_default();

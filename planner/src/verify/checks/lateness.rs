@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::contents;
-use super::shifted_air::{Emitter, Part, Slice, exceeds, slices, within_reach_s};
+use super::shifted_air::{Emitter, Slice, Subdomain, exceeds, slices, within_reach_s};
 use super::shifted_pairs::{Broken, Pair};
 use super::zone;
 use crate::plan::{Plan, ViolationKind, Zone};
@@ -60,7 +60,7 @@ pub(crate) fn of_scene(
         .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
         .collect();
     let unknown = |of: &Vec<Slice<'_>>| of.iter().map(|_| OnceLock::new()).collect();
-    let fleet = Fleet {
+    let fleet = NearFlights {
         scene,
         near: &near,
         bounds_mps: slices.iter().map(unknown).collect(),
@@ -81,7 +81,7 @@ pub(crate) fn of_scene(
 }
 
 /// All flights, and which of them meet.
-struct Fleet<'a> {
+struct NearFlights<'a> {
     scene: &'a Scene<'a>,
     /// The encounters of each whose clock differs from another's by up to [`LATEST_S`].
     near: &'a [Vec<Encounter>],
@@ -93,7 +93,7 @@ struct Fleet<'a> {
     is_over: Vec<bool>,
 }
 
-impl Fleet<'_> {
+impl NearFlights<'_> {
     /// How late a flight may be.
     fn lateness(&self, k: usize) -> Lateness {
         let (scene, near) = (self.scene, self.near);
@@ -194,8 +194,8 @@ fn sliced<'a>(
 }
 
 /// All of a slice with the first clock shifted, and the second on time.
-fn part_of(slice: &Slice<'_>, shift_s: Span, emitters: Vec<Emitter>) -> Part {
-    Part {
+fn part_of(slice: &Slice<'_>, shift_s: Span, emitters: Vec<Emitter>) -> Subdomain {
+    Subdomain {
         span_s: slice.span_s,
         shifts_s: vec![shift_s, (0.0, 0.0)],
         lags: slice.lags(),

@@ -116,7 +116,7 @@ pub(super) struct Exposed<'a> {
 
 /// A span of the receiver's time, and a range for the shift of each other clock.
 #[derive(Clone)]
-pub(super) struct Part {
+pub(super) struct Subdomain {
     /// From, until (s).
     pub(super) span_s: Span,
     /// Least, greatest (s).
@@ -143,13 +143,13 @@ pub(super) struct Moment {
 }
 
 /// What is known of a part.
-pub(super) enum Verdict {
+pub(super) enum SubdomainVerdict {
     /// The limit holds throughout.
     Clear,
     /// It does not, at this moment; its halves may hold worse, or the same at a lesser shift.
-    Over(Moment, Option<[Part; 2]>),
+    Over(Moment, Option<[Subdomain; 2]>),
     /// Its halves have to be looked at.
-    Open([Part; 2]),
+    Open([Subdomain; 2]),
 }
 
 /// What the least is looked for of.
@@ -165,7 +165,7 @@ enum Along {
 
 impl Along {
     /// The least in a part (s).
-    fn low_s(self, part: &Part) -> f64 {
+    fn low_s(self, part: &Subdomain) -> f64 {
         match self {
             Along::Shift => part.shifts_s[0].0.max(-part.shifts_s[0].1).max(0.0),
             Along::Since(from_s) => part.span_s.0 - from_s,
@@ -186,7 +186,7 @@ impl Along {
     }
 
     /// The dimension of a part that it is (s).
-    fn range(self, part: &mut Part) -> &mut Span {
+    fn range(self, part: &mut Subdomain) -> &mut Span {
         match self {
             Along::Shift => &mut part.shifts_s[0],
             Along::Since(_) | Along::Until(_) => &mut part.span_s,
@@ -194,7 +194,7 @@ impl Along {
     }
 
     /// A part in two.
-    fn in_two(self, mut part: Part) -> [Part; 2] {
+    fn in_two(self, mut part: Subdomain) -> [Subdomain; 2] {
         let (low_s, high_s) = *self.range(&mut part);
         let middle_s = 0.5 * (low_s + high_s);
         let mut halves = [part.clone(), part];
@@ -359,9 +359,9 @@ pub(super) fn highest(
         looked_at[index] += 1;
         let (verdict, high_mps) = exposed.judge(part, Some(known));
         let halves = match verdict {
-            Verdict::Clear => None,
-            Verdict::Open(halves) => Some(halves),
-            Verdict::Over(moment, halves) => {
+            SubdomainVerdict::Clear => None,
+            SubdomainVerdict::Open(halves) => Some(halves),
+            SubdomainVerdict::Over(moment, halves) => {
                 known_mps = moment.mean_mps;
                 highest = Some(moment);
                 halves
@@ -398,7 +398,7 @@ pub(super) fn within_reach_s(
             u_h_mps: receiver.wakes[it.piece].wake.hover_velocity_mps(),
             together_s: f64::INFINITY,
         };
-        let part = Part {
+        let part = Subdomain {
             span_s: (it.motion.from_s, it.motion.until_s),
             shifts_s: vec![shift_s],
             lags: scene.lags(),
@@ -474,9 +474,9 @@ impl Slice<'_> {
     }
 
     /// All of it, every clock by itself up to a margin early or late (s).
-    fn whole(&self, margin_s: f64) -> Part {
+    fn whole(&self, margin_s: f64) -> Subdomain {
         let emitters = self.met.iter().enumerate();
-        Part {
+        Subdomain {
             span_s: self.span_s,
             shifts_s: vec![(-margin_s, margin_s); self.met.len()],
             lags: self.lags(),
@@ -561,7 +561,7 @@ impl<'a> Exposed<'a> {
 
     /// The worst moment of a part at which the limit is exceeded, if there is one: to a few percent
     /// of it, as far as that is looked for.
-    fn over(&self, whole: Part) -> Option<Moment> {
+    fn over(&self, whole: Subdomain) -> Option<Moment> {
         let mut open = vec![whole];
         let mut worst: Option<Moment> = None;
         for made in 0..MOST_PARTS {
@@ -573,9 +573,9 @@ impl<'a> Exposed<'a> {
             };
             let known = worst.as_ref().map(|it| it.alpha);
             match self.judge(part, known).0 {
-                Verdict::Clear => {}
-                Verdict::Open(halves) => open.extend(halves),
-                Verdict::Over(moment, halves) => {
+                SubdomainVerdict::Clear => {}
+                SubdomainVerdict::Open(halves) => open.extend(halves),
+                SubdomainVerdict::Over(moment, halves) => {
                     worst = Some(moment);
                     open.extend(halves.into_iter().flatten());
                 }
@@ -597,7 +597,7 @@ impl<'a> Exposed<'a> {
 
     /// The least shift of the first clock, either way, at which the limit is exceeded in a part, to
     /// a resolution (s); `None`: none below one that is known (s).
-    pub(super) fn least_shift_s(&self, whole: Part, below_s: f64, fine_s: f64) -> Option<f64> {
+    pub(super) fn least_shift_s(&self, whole: Subdomain, below_s: f64, fine_s: f64) -> Option<f64> {
         let (found_s, open_s) = self.least_s(Along::Shift, whole, below_s, (fine_s, PARTS_LATE));
         // Not decided: the least that may be.
         let least_s = found_s.min(open_s);
@@ -606,7 +606,7 @@ impl<'a> Exposed<'a> {
 
     /// From when on and until when the limit is exceeded in a part (s), to [`EXTENT_S`], as far as
     /// that is looked for; it is at a moment that is known (s).
-    fn extent_s(&self, whole: &Part, known_s: f64) -> Span {
+    fn extent_s(&self, whole: &Subdomain, known_s: f64) -> Span {
         let (from_s, until_s) = whole.span_s;
         let how = (EXTENT_S, PARTS_ONCE_VIOLATED);
         let least_s = |along, known_s| self.least_s(along, whole.clone(), known_s, how).0;
@@ -620,17 +620,17 @@ impl<'a> Exposed<'a> {
 
     /// The moment between one at which the limit is exceeded and an end of a part (s) from which on
     /// it is not, to [`EXTENT_S`]; the end itself where it is exceeded there.
-    fn bisected_s(&self, whole: &Part, over_s: f64, end_s: f64) -> f64 {
+    fn bisected_s(&self, whole: &Subdomain, over_s: f64, end_s: f64) -> f64 {
         let is_over = |t_s: f64| {
-            let mut open = vec![Part {
+            let mut open = vec![Subdomain {
                 span_s: (t_s, t_s),
                 ..whole.clone()
             }];
             for _ in 0..PARTS_OF_MOMENT {
                 match open.pop().map(|part| self.judge(part, None).0) {
-                    Some(Verdict::Over(..)) => return true,
-                    Some(Verdict::Open(halves)) => open.extend(halves),
-                    Some(Verdict::Clear) => {}
+                    Some(SubdomainVerdict::Over(..)) => return true,
+                    Some(SubdomainVerdict::Open(halves)) => open.extend(halves),
+                    Some(SubdomainVerdict::Clear) => {}
                     None => break,
                 }
             }
@@ -656,7 +656,7 @@ impl<'a> Exposed<'a> {
     fn least_s(
         &self,
         along: Along,
-        whole: Part,
+        whole: Subdomain,
         known_s: f64,
         (fine_s, most): (f64, usize),
     ) -> (f64, f64) {
@@ -671,7 +671,7 @@ impl<'a> Exposed<'a> {
         for _ in 0..most {
             let part = open.pop().map(|(_, part)| part);
             // What begins at none is decided, however near it the least is.
-            let matters = |it: &Part| along.low_s(it) <= (least_s - fine_s).max(0.0);
+            let matters = |it: &Subdomain| along.low_s(it) <= (least_s - fine_s).max(0.0);
             let Some(part) = part.filter(matters) else {
                 return (least_s, f64::INFINITY);
             };
@@ -680,9 +680,9 @@ impl<'a> Exposed<'a> {
             let (from_s, until_s) = *along.range(&mut whole);
             let is_short = until_s - from_s <= fine_s;
             let halves = match self.judge(part, None).0 {
-                Verdict::Clear => None,
-                Verdict::Open(halves) => Some(halves),
-                Verdict::Over(moment, halves) => {
+                SubdomainVerdict::Clear => None,
+                SubdomainVerdict::Open(halves) => Some(halves),
+                SubdomainVerdict::Over(moment, halves) => {
                     let at_s = along.of_s(&moment);
                     if at_s <= 0.0 || is_short && low_s <= 0.0 {
                         return (0.0, f64::INFINITY);
@@ -703,14 +703,14 @@ impl<'a> Exposed<'a> {
 
     /// Whether the limit holds throughout a part, whatever else is there, of which there is at most
     /// so much (m/s): superposed, it and a wake are no more than both together.
-    pub(super) fn bears(&self, part: &Part, emitter: Emitter, most_mps: f64) -> bool {
+    pub(super) fn bears(&self, part: &Subdomain, emitter: Emitter, most_mps: f64) -> bool {
         let cleared_mps = self.cleared_mps();
         most_mps <= cleared_mps && most_mps + self.rough_mps(part, emitter) <= cleared_mps
     }
 
     /// An upper bound of the mean air over a part (m/s), by no more than [`BOUND_ALPHA`] where that
     /// many parts are enough.
-    fn bound_mps(&self, whole: Part) -> f64 {
+    fn bound_mps(&self, whole: Subdomain) -> f64 {
         let how = self.scene.superposition;
         let within_mps = BOUND_ALPHA * self.u_h_mps;
         let mut found_mps = 0.0_f64;
@@ -744,9 +744,9 @@ impl<'a> Exposed<'a> {
 
     /// Looks at a part: on bounds, then at some of its moments. What is no more than a few percent
     /// above what is known over the limit is in order. And an upper bound of its air (m/s).
-    fn judge(&self, mut part: Part, known: Option<f64>) -> (Verdict, f64) {
+    fn judge(&self, mut part: Subdomain, known: Option<f64>) -> (SubdomainVerdict, f64) {
         let Some(window_s) = self.feasible_s(&part) else {
-            return (Verdict::Clear, 0.0);
+            return (SubdomainVerdict::Clear, 0.0);
         };
         let limit = self.receiver.air_limit;
         let cleared = known.map_or(limit + CLEARED_ALPHA, |alpha| alpha * WORSE);
@@ -768,19 +768,22 @@ impl<'a> Exposed<'a> {
             high_mps = high_mps.min(self.high_mps(&passing));
         }
         if high_mps <= cleared_mps {
-            return (Verdict::Clear, high_mps);
+            return (SubdomainVerdict::Clear, high_mps);
         }
         let moment = self.worst_of(&part, window_s, &passing);
         let halves = self.halves(part, &rough, &passing);
         if moment.alpha > known.unwrap_or(limit + ALPHA_TOLERANCE) {
-            return (Verdict::Over(moment, halves), high_mps);
+            return (SubdomainVerdict::Over(moment, halves), high_mps);
         }
-        (halves.map_or(Verdict::Clear, Verdict::Open), high_mps)
+        (
+            halves.map_or(SubdomainVerdict::Clear, SubdomainVerdict::Open),
+            high_mps,
+        )
     }
 
     /// How early the earliest clock may be so that every clock has a moment of the part, at least
     /// and at most (s); `None`: clocks so far apart are not asked for.
-    fn feasible_s(&self, part: &Part) -> Option<Span> {
+    fn feasible_s(&self, part: &Subdomain) -> Option<Span> {
         let used = part.emitters.iter().map(|it| part.shifts_s[it.clock]);
         // The receiver's own shift is 0.
         let (latest_low, earliest_high) = used.fold((0.0_f64, 0.0_f64), |(low, high), it| {
@@ -791,14 +794,14 @@ impl<'a> Exposed<'a> {
     }
 
     /// The wakes of an emitter that may reach the receiver in a part.
-    fn passing(&self, part: &Part, emitter: Emitter) -> Vec<Passing<'a>> {
+    fn passing(&self, part: &Subdomain, emitter: Emitter) -> Vec<Passing<'a>> {
         let mut passing = Vec::new();
         self.each(part, emitter, &mut |it| passing.push(it));
         passing
     }
 
     /// Hands on the wakes of an emitter that may reach the receiver in a part.
-    fn each(&self, part: &Part, emitter: Emitter, told: &mut dyn FnMut(Passing<'a>)) {
+    fn each(&self, part: &Subdomain, emitter: Emitter, told: &mut dyn FnMut(Passing<'a>)) {
         let (span_s, shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
         let theirs_s = (span_s.0 + shift_s.0, span_s.1 + shift_s.1);
         let obstacles = &self.scene.obstacles;
@@ -842,7 +845,7 @@ impl<'a> Exposed<'a> {
     /// Hands on the advected wakes of an emitter that may reach the receiver in a part.
     fn each_advected(
         &self,
-        part: &Part,
+        part: &Subdomain,
         (advected, emitter): (&Advected<'a>, Emitter),
         told: &mut dyn FnMut(Passing<'a>),
     ) {
@@ -930,7 +933,7 @@ impl<'a> Exposed<'a> {
     }
 
     /// An upper bound of one wake anywhere on the receiver's discs over a part (m/s).
-    fn rough_mps(&self, part: &Part, emitter: Emitter) -> f64 {
+    fn rough_mps(&self, part: &Subdomain, emitter: Emitter) -> f64 {
         let mut high_mps = 0.0_f64;
         self.each(part, emitter, &mut |it| {
             high_mps = high_mps.max(it.high_mps)
@@ -939,7 +942,7 @@ impl<'a> Exposed<'a> {
     }
 
     /// An upper bound of all wakes anywhere on the receiver's discs over a part (m/s).
-    fn rough_of_all_mps(&self, part: &Part) -> f64 {
+    fn rough_of_all_mps(&self, part: &Subdomain) -> f64 {
         let of_one = part.emitters.iter().map(|it| self.rough_mps(part, *it));
         superpose(self.scene.superposition, of_one)
     }
@@ -981,7 +984,7 @@ impl<'a> Exposed<'a> {
     /// A moment of every clock where the air may be the highest of a part: the middle of the
     /// receiver's time, the middle or an end of the lags, and, for each emitter, the end, the
     /// middle or the nearest approach that is the worst by itself.
-    fn worst_of(&self, part: &Part, window_s: Span, passing: &[Vec<Passing<'a>>]) -> Moment {
+    fn worst_of(&self, part: &Subdomain, window_s: Span, passing: &[Vec<Passing<'a>>]) -> Moment {
         let (low, high) = part.lags;
         let worst = self.worst_at(part, window_s, (passing, 0.5 * (low + high)));
         if low == high {
@@ -995,7 +998,7 @@ impl<'a> Exposed<'a> {
     /// The same at one lag.
     fn worst_at(
         &self,
-        part: &Part,
+        part: &Subdomain,
         window_s: Span,
         (passing, lag): (&[Vec<Passing<'a>>], f64),
     ) -> Moment {
@@ -1098,7 +1101,12 @@ impl<'a> Exposed<'a> {
     }
 
     /// A part in two, where the paths of what counts most are longest; `None`: they are too short.
-    fn halves(&self, part: Part, rough: &[f64], passing: &[Vec<Passing<'a>>]) -> Option<[Part; 2]> {
+    fn halves(
+        &self,
+        part: Subdomain,
+        rough: &[f64],
+        passing: &[Vec<Passing<'a>>],
+    ) -> Option<[Subdomain; 2]> {
         let path_m = |of_one: &[Passing<'a>]| {
             let paths_m = of_one
                 .iter()

@@ -802,7 +802,7 @@ struct Search {
 
 /// A part of box and time.
 #[derive(Clone, Copy)]
-struct Part {
+struct SpaceTimeBox {
     /// No air in it is faster (m/s).
     high_mps: f64,
     /// Lowest and highest corner (m).
@@ -1101,7 +1101,7 @@ impl Field<'_> {
         let all = &here.all[..];
         let bound = |places_m, span_s, at_most_mps: f64| {
             let (high_mps, foremost) = self.bounded(&here, &places_m, span_s);
-            Part {
+            SpaceTimeBox {
                 high_mps: high_mps.min(at_most_mps),
                 places_m,
                 span_s,
@@ -1110,7 +1110,7 @@ impl Field<'_> {
         };
         // Bits of numbers from 0 on are in the order of the numbers; of equal ones the first
         // counts.
-        let rank = |part: &Part, number: usize| (part.high_mps.to_bits(), Reverse(number));
+        let rank = |part: &SpaceTimeBox, number: usize| (part.high_mps.to_bits(), Reverse(number));
         let speed_mps = fastest_mps(all);
         let mut parts = vec![bound(*places_m, span_s, high_mps)];
         let mut open = BinaryHeap::from([rank(&parts[0], 0)]);
