@@ -4,8 +4,6 @@
 //! - a ball against a frustum: GJK on the support map
 //! - a frustum against a capsule, both moving
 //! - the iso-speed volume of one airframe, once per airframe and limit
-//! - the exposure of one leg, axial exposure and energy to 1e-4, below one hovering and one moving
-//!   drone
 //!
 //! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others
 //! compiling beside it:
@@ -15,19 +13,17 @@
 //! | frustum and ball, GJK | 217 ns |
 //! | frustum and capsule, both moving, proven | 0.84 µs |
 //! | iso-speed volume of one airframe at one limit | 0.55 ms |
-//! | exposure: 1 m and 10 m below one hover / 6 m below two | 6 and 36 / 70 µs |
 
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented functions"
 )]
 
-use airflow::{Air, Airframe, Jet, Superposition, Wake};
+use airflow::{Air, Airframe, Jet, Wake};
 use costmap::volumes::frame::{centred, upright};
 use costmap::volumes::frustum::Frustum;
 use costmap::volumes::iso_speed::IsoSpeedVolume;
 use costmap::volumes::swept::{Mover, may_meet};
-use costmap::wake::exposure::{Emitter, Flight, Receiver, exposure};
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Point3, Vector3};
 use parry3d::math::Pose;
@@ -76,58 +72,10 @@ fn shapes(c: &mut Criterion) {
 }
 
 fn air(c: &mut Criterion) {
-    let (kolibri, matrice) = (wake("kolibri"), wake("matrice-300"));
+    let kolibri = wake("kolibri");
     c.bench_function("iso-speed volume of one airframe", |b| {
         b.iter(|| IsoSpeedVolume::new(black_box(&kolibri), 0.3 * kolibri.induced_velocity_mps()));
     });
-
-    let airframe = Airframe::preset("offboard-1").expect("a preset");
-    let discs = airframe.disc_points();
-    let leg = |from: [f64; 3], to: [f64; 3]| Flight {
-        start_m: from.into(),
-        end_m: to.into(),
-        start_s: 0.0,
-        end_s: (Point3::from(to) - Point3::from(from)).norm() / 2.0,
-    };
-    let receiver = |leg| Receiver {
-        leg,
-        discs: &discs,
-        mass_kg: airframe.mass_kg(),
-        induced_velocity_mps: wake("offboard-1").induced_velocity_mps(),
-    };
-    let hover = Emitter {
-        leg: Flight::hover(Point3::new(0.0, 0.0, 6.0), 0.0, f64::INFINITY),
-        wake: &matrice,
-        ends_at_z_m: 0.0,
-    };
-    let moving = Emitter {
-        leg: leg([3.0, 1.0, 4.0], [-3.0, 1.0, 4.0]),
-        wake: &kolibri,
-        ends_at_z_m: 0.0,
-    };
-    let cases = [
-        (
-            "exposure, 1 m leg below one hover",
-            leg([0.2, 0.0, 1.0], [1.2, 0.0, 1.0]),
-            vec![hover],
-        ),
-        (
-            "exposure, 10 m leg below one hover",
-            leg([-5.0, 0.2, 1.0], [5.0, 0.2, 1.0]),
-            vec![hover],
-        ),
-        (
-            "exposure, 6 m leg below two",
-            leg([-3.0, 0.2, 1.0], [3.0, 0.2, 1.0]),
-            vec![hover, moving],
-        ),
-    ];
-    for (name, leg, emitters) in cases {
-        let receiver = receiver(leg);
-        c.bench_function(name, |b| {
-            b.iter(|| exposure(black_box(&receiver), &emitters, Superposition::Momentum));
-        });
-    }
 }
 
 criterion_group!(volumes, shapes, air);

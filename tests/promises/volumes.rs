@@ -1,7 +1,6 @@
 //! Volumes of air hold all the air they stand for, and shapes are what their formulas say.
 
 mod bodies;
-mod exposure;
 mod iso_speed;
 mod moved;
 

@@ -1,6 +1,5 @@
-//! What one wake brings to another drone: bounds for the search, and the integral that they bound.
+//! What one wake brings to another drone, bounded for the search.
 //!
-//! - [`exposure`]: the air met along a flight, integrated
 //! - [`envelope`]: the air over another airframe's discs, bounded from above, made once;
 //!   `moved_jet`: where wind or tilt moved it
 //! - [`surfaces`]: where a wake ends
@@ -9,7 +8,6 @@
 
 pub mod advected;
 pub mod envelope;
-pub mod exposure;
 pub mod fleet;
 mod moved_jet;
 pub mod surfaces;
