@@ -163,7 +163,7 @@ struct Figures {
     air_limits: (f64, f64),
     time_margin_s: f64,
     tracking_m: f64,
-    clearance_m: f64,
+    clearance_m: Option<f64>,
     /// Of the search, where the plan says so.
     cell_m: Option<f64>,
     is_smooth: bool,
@@ -326,7 +326,7 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
         number("highest air limit (alpha)", &|it| Some(it.air_limits.1), 3),
         number("time margin (s)", &|it| Some(it.time_margin_s), 3),
         number("tracking margin (m)", &|it| Some(it.tracking_m), 3),
-        number("clearance (m)", &|it| Some(it.clearance_m), 3),
+        number("clearance (m)", &|it| it.clearance_m, 3),
         number("cells (m)", &|it| it.cell_m, 3),
         number(
             "smooth motion (1: yes)",

@@ -251,7 +251,7 @@ impl<'a> Scene<'a> {
             obstacles: &plan.obstacles,
             zones: &plan.zones,
             margins: plan.margins,
-            clearance_m: plan.clearance_m,
+            clearance_m: plan.clearance_m.unwrap_or(0.0),
             convection: air.convection,
             end_s,
             step_s,

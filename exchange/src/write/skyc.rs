@@ -209,7 +209,7 @@ impl Show<'_> {
             "maxVelocityXY": most(|it| it.max_speed_mps),
             "maxVelocityZ": most(|it| it.max_descent_mps.unwrap_or(it.max_speed_mps)),
             "maxVelocityZUp": most(|it| it.max_climb_mps.unwrap_or(it.max_speed_mps)),
-            "minDistance": 2.0 * smallest_m + self.plan.clearance_m,
+            "minDistance": 2.0 * smallest_m + self.plan.clearance_m.unwrap_or(0.0),
         })
     }
 }

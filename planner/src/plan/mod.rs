@@ -66,9 +66,10 @@ pub struct Plan {
     /// Places where the air is limited.
     #[serde(default)]
     pub zones: Vec<Zone>,
-    /// Gap kept between bodies and to obstacles, beyond the body radii (m).
-    #[serde(default)]
-    pub clearance_m: f64,
+    /// Gap kept between bodies and to obstacles, beyond the body radii (m). Absent where none is
+    /// stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clearance_m: Option<f64>,
     /// Edge of the cells that the search began on (m): paths that it does not find are looked for
     /// on finer ones. Absent where no search is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -758,6 +759,10 @@ pub struct Violation {
     pub position_m: Point3<f64>,
     /// The worst value, in `unit`.
     pub value: f64,
+    /// `value` is an upper bound: whether the limit holds could not be decided, and it counts as
+    /// broken.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_bound: bool,
     /// What it may be at most (or at least, for gaps), in `unit`.
     pub limit: f64,
     /// `m`, `m/s`, `m/s2`, `m/s3`, `U_D/U_H` or `s`.

@@ -111,8 +111,8 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
         }
     }
     // No rule of the verifier: it is only held against what the plan states, if it does.
-    let (asked_m, kept_m) = (world.planning.clearance_m, plan.clearance_m);
-    if kept_m != 0.0 && !same(asked_m, kept_m) {
+    let asked_m = world.planning.clearance_m;
+    if let Some(kept_m) = plan.clearance_m.filter(|kept_m| !same(asked_m, *kept_m)) {
         missing.push(format!(
             "clearance_m is {asked_m} m, the plan has {kept_m} m"
         ));

@@ -474,7 +474,10 @@ impl Misplaced {
                         "coming down from here to z = {rest_z_m:.2} m it passes {passes_m:.2} m from it; {needs}"
                     );
                     (format!("in {solid}"), label)
-                } else if distance_m <= 0.0 {
+                } else if distance_m.abs() < 0.005 {
+                    let label = format!("on its face; {needs}");
+                    (format!("in {solid}"), label)
+                } else if distance_m < 0.0 {
                     let label = format!("{:.2} m inside; {needs}", -distance_m);
                     (format!("inside {solid}"), label)
                 } else {

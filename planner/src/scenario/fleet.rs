@@ -127,7 +127,6 @@ pub(super) fn as_plan(world: &World, drones: Vec<DronePlan>, remarks: Vec<String
     PlanFile {
         claims: Claims::of_none(drones.len()),
         plan: Plan {
-            clearance_m: 0.0,
             cell_m: None,
             margins: Margins::default(),
             ..world.plan_of(drones)

@@ -288,7 +288,7 @@ impl World {
             origin: self.origin,
             obstacles: self.obstacles.clone(),
             zones: self.zones.clone(),
-            clearance_m: self.planning.clearance_m,
+            clearance_m: Some(self.planning.clearance_m),
             cell_m: Some(self.planning.cell_m),
             margins: self.planning.margins,
             drones,

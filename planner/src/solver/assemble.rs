@@ -72,7 +72,7 @@ pub(crate) fn write_legs(
     legs: &[Leg],
     mass_kg: impl Fn(&Leg) -> f64,
 ) {
-    let path = break_points(legs, mass_kg);
+    let path = break_points(legs, lands_from(agent, legs), mass_kg);
     entry.trajectory = match &agent.smoothing {
         // A path that begins in motion cannot be flown: said to be smooth, it fails the verifier.
         Some(smoothing) => smoothing.kernel.smooth(&path).unwrap_or(TrajectoryEntry {
@@ -155,8 +155,21 @@ pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
     }
 }
 
-/// Legs back to back as break points.
-pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> TrajectoryEntry {
+/// When a drone that lands has arrived where its last task is, and begins to sink.
+fn lands_from(agent: &Agent, legs: &[Leg]) -> Option<Tick> {
+    let Ending::Land { ticks, .. } = agent.ending else {
+        return None;
+    };
+    let touches_down = legs.iter().rfind(|leg| leg.flying)?.end;
+    Some(touches_down.before(ticks[0] + ticks[1]))
+}
+
+/// Legs back to back as break points; there is one where it arrives, if it goes on from there.
+fn break_points(
+    legs: &[Leg],
+    arrives: Option<Tick>,
+    mass_kg: impl Fn(&Leg) -> f64,
+) -> TrajectoryEntry {
     let mut entry = TrajectoryEntry::default();
     let mut push = |at: Tick, position_m: Point3<f64>, mass_kg: f64| {
         entry.t_s.push(at.seconds());
@@ -169,6 +182,7 @@ pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> Traje
         let goes_on = previous.is_some_and(|last| {
             last.kind == leg.kind
                 && !leg.stays()
+                && arrives != Some(leg.start)
                 && (last.velocity_mps() - leg.velocity_mps()).norm() < 1e-9
         });
         if !goes_on {

@@ -613,13 +613,13 @@ fn worst_exposure(plan: &Plan, report: &Report) -> Option<Exposure> {
     drones.sort_unstable_by_key(|name| format!("{name}`"));
     drones.dedup();
     let at_m = worst.position_m;
-    let beside = worst.with.as_ref().and_then(|with| {
-        let other = plan.drones.iter().find(|other| other.name == *with)?;
-        let from_m = other.trajectory.position_m(worst.from_s)?;
-        Some(beside(with, from_m, at_m))
-    });
     let index = plan.drones.iter().position(|it| it.name == worst.drone)?;
     let met = &report.exposures[index];
+    let beside = worst.with.as_ref().and_then(|with| {
+        let other = plan.drones.iter().find(|other| other.name == *with)?;
+        let from_m = other.trajectory.position_m(met.worst_air_at_s?)?;
+        Some(beside(with, from_m, at_m))
+    });
     Some(Exposure {
         drone: worst.drone.clone(),
         at_m,

@@ -474,7 +474,11 @@ pub(crate) fn ending_from(
                     return Err(needs_m - distance_m);
                 }
             }
-            let approach_m = rest_m + Vector3::z() * descent_m.min(radius_m + lift_m);
+            // To the bit where it was, or it would have to go there first.
+            let approach_m = match descent_m <= radius_m + lift_m {
+                true => from_m,
+                false => rest_m + Vector3::z() * (radius_m + lift_m),
+            };
             let speeds = Speeds::of(&drone.vehicle);
             let ticks = |from_m: Point3<f64>, to_m: Point3<f64>, slow: bool| {
                 let rise_m = to_m.z - from_m.z;

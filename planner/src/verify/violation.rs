@@ -42,6 +42,7 @@ impl Scene<'_> {
             shift_s: None,
             position_m: worst.position_m,
             value: worst.value,
+            is_bound: false,
             limit: worst.limit,
             unit: unit(kind).to_owned(),
         };
@@ -66,6 +67,7 @@ pub(crate) fn malformed(
         shift_s: None,
         position_m,
         value: 0.0,
+        is_bound: false,
         limit: 0.0,
         unit: unit(kind).to_owned(),
     };
@@ -171,6 +173,9 @@ impl fmt::Display for Violation {
             ),
             ViolationKind::AirMargin => format!(
                 "{who} is exposed to downwash of alpha {value:.3} {there}{shifted}, mostly from `{with}`; its limit is {limit:.3}"
+            ),
+            ViolationKind::Zone | ViolationKind::ZoneMargin if self.is_bound => format!(
+                "whether the downwash of {who} and others stays below {limit:.2} m/s in zone `{with}` {there} could not be decided; by bounds it is at most {value:.2} m/s"
             ),
             ViolationKind::ZoneMargin => format!(
                 "with drones early or late the downwash of {who} reaches {value:.2} m/s in zone `{with}` {there}; its limit is {limit:.2} m/s"

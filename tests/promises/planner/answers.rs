@@ -1,7 +1,9 @@
 //! Worlds made for one answer each: blocked, left out and why, and drones that give way.
 
-use planner::plan::Status;
 use planner::plan::outcome::EndpointKind;
+use planner::plan::{Plan, Status, file};
+use planner::scenario::missing;
+use planner::verify::examination::examine;
 use planner::{Control, Outcome, Planned, plan_world};
 
 use super::worlds::{block, drone, room, task};
@@ -283,4 +285,53 @@ fn no_drone_ends_where_it_adds_too_much_to_those_who_stay() {
         let plan = planned(&world);
         assert_sound(&world, &plan);
     }
+}
+
+#[test]
+fn a_plan_says_of_a_landing_what_its_trajectories_do() {
+    let low = |start_m: &str, to_m: &str, planning: &str| {
+        planner::read_world(&format!(
+            r#"Scenario(name: "low", bounds_m: (min: (0, 0, 0), max: (7, 7, 6)), {planning}
+            drones: [(name: "d", airframe: "offboard-1", start_m: {start_m},
+                tasks: [(to_m: {to_m})], at_end: Land)])"#
+        ))
+        .unwrap_or_else(|problems| panic!("{problems:#?}"))
+    };
+    let straight = "planning: (motion: Straight),";
+    for world in [
+        low("(0.8, 3.5, 2)", "(3.5, 3.3, 0.45)", ""),
+        low("(0.8, 3.5, 2)", "(3.5, 3.3, 0.9)", ""),
+        // Down to the goal it is as slow as from there on.
+        low("(3.5, 3.3, 2)", "(3.5, 3.3, 0.6)", straight),
+        low("(0.8, 3.5, 2)", "(3.5, 3.3, 0.6)", straight),
+    ] {
+        let examined = |plan: &Plan| {
+            let text = serde_json::to_string(plan).unwrap();
+            examine(&file::read(&text).unwrap(), false)
+        };
+        let mut plan = planned(&world);
+        let found = examined(&plan);
+        assert!(found.differences.is_empty(), "{:?}", found.differences);
+        assert_eq!(missing(&world, &found.plan), [""; 0]);
+        plan.drones[0].airborne_s.1 = None;
+        assert!(!examined(&plan).plan.violations.is_empty());
+    }
+}
+
+#[test]
+fn a_clearance_of_zero_is_held_against_the_scenario() {
+    let place = |clearance_m: f64| {
+        planner::read_world(&format!(
+            r#"Scenario(name: "c", bounds_m: (min: (0, 0, 0), max: (6, 6, 4)),
+            planning: (clearance_m: {clearance_m}),
+            drones: [(name: "d", airframe: "kolibri", start_m: (1, 1, 1),
+                tasks: [(to_m: (4, 4, 1))])])"#
+        ))
+        .unwrap()
+    };
+    let mut plan = planned(&place(0.0));
+    let told = missing(&place(0.3), &plan);
+    assert_eq!(told, ["clearance_m is 0.3 m, the plan has 0 m"]);
+    plan.clearance_m = None;
+    assert_eq!(missing(&place(0.3), &plan), [""; 0]);
 }

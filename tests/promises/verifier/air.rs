@@ -188,8 +188,7 @@ fn a_drone_that_leaves_takes_body_and_wake_along() {
 
 #[test]
 fn an_unplanned_drone_stays_at_its_start_whatever_its_end_says() {
-    let mut stuck = leaves(drone("stuck", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]));
-    stuck.airborne_s = (0.0, None);
+    let stuck = leaves(drone("stuck", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]));
     let below = drone(
         "below",
         "offboard-2",
@@ -197,6 +196,7 @@ fn an_unplanned_drone_stays_at_its_start_whatever_its_end_says() {
     );
     let gone = plan(vec![stuck, below]);
     let there = broken(gone.clone(), |plan| {
+        plan.drones[0].airborne_s.1 = None;
         plan.unplanned.push(Unplanned {
             name: "stuck".to_owned(),
             reason: "blocked".to_owned(),

@@ -115,7 +115,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         },
         obstacles: Vec::new(),
         zones: Vec::new(),
-        clearance_m: 0.1,
+        clearance_m: Some(0.1),
         cell_m: None,
         margins: Margins::default(),
         drones,

@@ -34,8 +34,8 @@ const TOLD: f64 = 1.02;
 /// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
 /// is told to one step.
 const STEP_PATH_M: f64 = 0.1;
-/// A part of box and time this small is judged by its middle (m), chosen here: a tenth of the
-/// half-width of the narrowest wake known here.
+/// A part of box and time this small is judged by its middle and its corners (m), chosen here: a
+/// tenth of the half-width of the narrowest wake known here.
 const SMALLEST_M: f64 = 1e-2;
 /// Spans in which the wake of a drone that climbs or sinks is bounded within its margin of time,
 /// chosen here: 0.2 s at 2 m/s are then 5 cm of depth each.
@@ -96,6 +96,8 @@ pub(crate) struct Peak {
     t_s: f64,
     /// Where in the zone (m).
     place_m: Point3<f64>,
+    /// It is an upper bound: no more parts were searched.
+    is_bound: bool,
 }
 
 /// One wake that may reach a zone.
@@ -463,7 +465,9 @@ fn over_limit(
             value: peak.air_mps + scene.flown.return_flow_mps,
             limit: air_limit_mps,
         };
-        scene.violation(flight, kind, span_s, worst)
+        let (index, mut violation) = scene.violation(flight, kind, span_s, worst);
+        violation.is_bound = peak.is_bound;
+        (index, violation)
     });
     found.collect()
 }
@@ -705,6 +709,14 @@ fn gathered(how: Superposition, so_far: (f64, f64), one: (f64, f64)) -> (f64, f6
     (how.gather(so_far.0, one.0), so_far.1 + one.1)
 }
 
+/// The corners of a box (m).
+fn corners_m(places_m: &Places) -> impl Iterator<Item = Point3<f64>> {
+    let ends_m = [places_m.0, places_m.1];
+    (0..8).map(move |corner: usize| {
+        Point3::from([0, 1, 2].map(|axis| ends_m[corner >> axis & 1][axis]))
+    })
+}
+
 /// An upper bound of both together (m/s).
 fn finished_mps(how: Superposition, (above, along_mps): (f64, f64)) -> f64 {
     how.finish(above).hypot(along_mps)
@@ -794,7 +806,7 @@ struct Above {
 struct Search {
     /// The highest air, if it violates the limit.
     peak: Option<Peak>,
-    /// No air is faster (m/s), but what is known, and in parts that are judged by their middle.
+    /// No air is faster (m/s), but what is known, and within parts of a centimetre.
     at_most_mps: f64,
     /// How many parts were made.
     parts: usize,
@@ -1132,25 +1144,42 @@ impl Field<'_> {
                 open_mps = part.high_mps;
                 break;
             }
-            let known_mps = best.map_or(above.known_mps, |it| it.air_mps);
-            if given_up || self.may_exceed((all, &part.foremost), t_s, place_m, known_mps) {
-                let air_mps = match given_up {
-                    true => part.high_mps,
-                    false => self.at_mps(all, t_s, place_m),
-                };
-                let here = Peak {
-                    air_mps,
+            if given_up {
+                let known_mps = best.map_or(above.known_mps, |it| it.air_mps);
+                let bound = Peak {
+                    air_mps: part.high_mps,
                     t_s,
                     place_m,
+                    is_bound: true,
                 };
-                best = Some(here).filter(|it| it.air_mps > known_mps).or(best);
-            }
-            if given_up {
+                best = Some(bound).filter(|it| it.air_mps > known_mps).or(best);
                 break;
             }
+            let mut look = |t_s: f64, place_m: Point3<f64>| {
+                let known_mps = best.map_or(above.known_mps, |it| it.air_mps);
+                if self.may_exceed((all, &part.foremost), t_s, place_m, known_mps) {
+                    let air_mps = self.at_mps(all, t_s, place_m);
+                    let here = Peak {
+                        air_mps,
+                        t_s,
+                        place_m,
+                        is_bound: false,
+                    };
+                    best = Some(here).filter(|it| it.air_mps > known_mps).or(best);
+                }
+            };
+            look(t_s, place_m);
             let extent_m = part.places_m.1 - part.places_m.0;
             let path_m = speed_mps * (part.span_s.1 - part.span_s.0);
             if extent_m.max().max(path_m) <= SMALLEST_M {
+                // The air is highest where it comes nearest to a wake: at a corner of the zone
+                // rather than within it.
+                for corner in corners_m(&part.places_m) {
+                    look(part.span_s.0, corner);
+                    if path_m > 0.0 {
+                        look(part.span_s.1, corner);
+                    }
+                }
                 continue;
             }
             // Cut in two where it is longest.
