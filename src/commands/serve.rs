@@ -1,10 +1,10 @@
 //! `plan serve`: a plan that is being flown, changed by messages on standard input or over HTTP.
 
 mod connections;
-mod desk;
 mod events;
 mod figures;
 mod http;
+mod journaled;
 mod log;
 
 use std::io::{self, BufRead, Read as _};
@@ -16,8 +16,8 @@ use service::message::{Answer as Told, Code, MOST_BYTES};
 
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
-use desk::Desk;
-use http::Door;
+use http::HttpListener;
+use journaled::JournaledService;
 use log::{Log, Style};
 
 #[derive(Args)]
@@ -57,18 +57,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 }
 
 fn served(arguments: &Arguments, log: Log) -> Result<Answer, Failure> {
-    let door = match &arguments.http {
-        Some(address) => Some(Door::open(
+    let listener = match &arguments.http {
+        Some(address) => Some(HttpListener::open(
             address,
             arguments.token_file.as_deref(),
             (arguments.most_waiting, arguments.most_connections),
         )?),
         None => None,
     };
-    let desk = Desk::new(arguments.journal.as_deref(), arguments.compact, log)?;
-    match door {
-        Some(door) => door.serve(desk),
-        None => lines(desk),
+    let service = JournaledService::new(arguments.journal.as_deref(), arguments.compact, log)?;
+    match listener {
+        Some(listener) => listener.serve(service),
+        None => lines(service),
     }
 }
 
@@ -80,21 +80,21 @@ enum Line {
 }
 
 /// Answers a line for each line, in their order, until standard input ends.
-fn lines(mut desk: Desk) -> Result<Answer, Failure> {
+fn lines(mut service: JournaledService) -> Result<Answer, Failure> {
     let (mut input, mut output) = (io::stdin().lock(), io::stdout().lock());
     loop {
         let line = line_of(&mut input).map_err(Failure::read(Path::new("standard input")))?;
         let came = Instant::now();
         let done = match line {
             Line::End => break,
-            Line::Refused(code, message) => desk.refuse(code, &message, came),
-            Line::Text(line) => desk.answer(&line, came)?,
+            Line::Refused(code, message) => service.refuse(code, &message, came),
+            Line::Text(line) => service.answer(&line, came)?,
         };
         if !send(&mut output, &done.answer)? {
             break;
         }
     }
-    desk.tell_patches();
+    service.tell_patches();
     Ok(Answer::Yes)
 }
 

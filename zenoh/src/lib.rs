@@ -83,10 +83,10 @@ impl Zenoh {
         let session = zenoh::open(config(&link)?).wait()?;
         let (sender, received) = channel();
         let key = format!("leeward/{}/area/{}/from/*", link.site, link.area);
-        let hears = sender.clone();
+        let from_others = sender.clone();
         session
             .declare_subscriber(key)
-            .callback(move |sample| hear(&hears, &sample.payload().to_bytes(), false))
+            .callback(move |sample| forward(&from_others, &sample.payload().to_bytes(), false))
             .background()
             .wait()?;
         let borders = Borders::default();
@@ -96,7 +96,7 @@ impl Zenoh {
             .get(key)
             .callback(move |reply| {
                 if let Ok(sample) = reply.result() {
-                    hear(&sender, &sample.payload().to_bytes(), true);
+                    forward(&sender, &sample.payload().to_bytes(), true);
                 }
             })
             .wait()?;
@@ -190,7 +190,7 @@ fn answer(session: &Session, link: &Link, borders: &Borders) -> Result<Queryable
 }
 
 /// What is no message is dropped: the sender is not heard by it.
-fn hear(to: &Sender<(Message, bool)>, bytes: &[u8], is_answer: bool) {
+fn forward(to: &Sender<(Message, bool)>, bytes: &[u8], is_answer: bool) {
     if bytes.len() <= MOST_BYTES
         && let Ok(message) = serde_json::from_slice(bytes)
     {

@@ -366,7 +366,7 @@ impl Area {
     }
 
     /// Hears what a neighbour says. What cannot be is refused: the neighbour's last wakes stay.
-    pub fn hear(&mut self, now_s: f64, message: &Message) {
+    pub fn receive(&mut self, now_s: f64, message: &Message) {
         let from = &message.from;
         if message.to != self.name || !self.neighbours.contains_key(from) {
             return;

@@ -62,7 +62,7 @@ impl Run {
         self.now_s += STEP_S;
         for it in self.planners.values_mut() {
             for message in it.seat.received() {
-                it.area.hear(self.now_s, &message);
+                it.area.receive(self.now_s, &message);
             }
             it.area.tick(self.now_s);
             if has_traffic {
@@ -327,11 +327,11 @@ fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
     };
     let area = &mut run.planners.get_mut("a0-0").unwrap().area;
     let good = border.clone();
-    area.hear(now_s, &say(Says::Border(good.clone())));
+    area.receive(now_s, &say(Says::Border(good.clone())));
     assert_eq!(area.counts().contradictions, []);
     let before = area.plan().clone();
     let mut wrong = |says: Says, words: &str| {
-        area.hear(now_s, &say(says));
+        area.receive(now_s, &say(says));
         let (_, what) = area.counts().contradictions.back().expect(words);
         assert!(what.contains(words), "{what}");
         assert_eq!(*area.plan(), before, "{words}");
@@ -376,7 +376,7 @@ fn area_is_silent_on(run: &mut Run, message: &Message) {
     let now_s = run.now_s;
     let area = &mut run.planners.get_mut("a0-0").unwrap().area;
     let before = area.plan().clone();
-    area.hear(now_s, message);
+    area.receive(now_s, message);
     area.tick(now_s);
     assert_eq!(*area.plan(), before);
 }

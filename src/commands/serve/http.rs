@@ -1,4 +1,4 @@
-//! HTTP in front of the desk: one thread moves bytes, another answers one request after the other.
+//! HTTP in front of the service: one thread moves bytes, another answers one request after the other.
 
 use std::fmt::Display;
 use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs as _};
@@ -30,8 +30,8 @@ use tokio::time::{timeout, timeout_at};
 use tokio_io_timeout::TimeoutStream;
 
 use super::connections::{Place, Places};
-use super::desk::{Desk, Done};
 use super::events::{Events, Feed};
+use super::journaled::{Done, JournaledService};
 use super::{figures, text_of};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
@@ -64,7 +64,7 @@ const ENDED: i32 = 130;
 type Payload = Either<Full<Bytes>, Feed>;
 
 /// An open port.
-pub(super) struct Door {
+pub(super) struct HttpListener {
     listener: TcpListener,
     address: SocketAddr,
     /// SHA-256 of the token: digests differ anywhere, so that how long they take to compare says
@@ -75,7 +75,7 @@ pub(super) struct Door {
 }
 
 /// What all connections share.
-struct Office {
+struct ConnectionContext {
     token: Option<[u8; 32]>,
     jobs: mpsc::Sender<Job>,
     waiting: Arc<Places>,
@@ -86,7 +86,7 @@ struct Office {
     stopping: Arc<AtomicBool>,
 }
 
-/// A request for the desk.
+/// A request for the service.
 struct Job {
     line: String,
     came: Instant,
@@ -95,7 +95,7 @@ struct Job {
     _room: (Place, Held),
 }
 
-/// Why no one at the desk sees a request.
+/// Why a request does not reach the service.
 struct Refused(Code, String);
 
 impl Refused {
@@ -104,13 +104,13 @@ impl Refused {
     }
 }
 
-impl Door {
+impl HttpListener {
     /// Listens at an address; others than this machine's own need a token.
     pub(super) fn open(
         address: &str,
         token_file: Option<&Path>,
         (most_waiting, most_connections): (u32, u32),
-    ) -> Result<Door, Failure> {
+    ) -> Result<HttpListener, Failure> {
         let failed = |source| Failure::Listen {
             address: address.to_owned(),
             source,
@@ -124,7 +124,7 @@ impl Door {
         }
         let listener = TcpListener::bind(&found[..]).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
-        Ok(Door {
+        Ok(HttpListener {
             address: listener.local_addr().map_err(failed)?,
             listener,
             token,
@@ -134,11 +134,11 @@ impl Door {
     }
 
     /// Answers until the process is told to end, or the journal cannot be written.
-    pub(super) fn serve(self, mut desk: Desk) -> Result<Answer, Failure> {
-        let log = desk.log();
+    pub(super) fn serve(self, mut service: JournaledService) -> Result<Answer, Failure> {
+        let log = service.log();
         let figures = Arc::new(figures::Figures::new());
         let events = Arc::new(Events::default());
-        for (line, event) in desk.take_replayed() {
+        for (line, event) in service.take_replayed() {
             events.publish(&line, &event);
         }
         let stopping = Arc::new(AtomicBool::new(false));
@@ -151,7 +151,7 @@ impl Door {
             stop.send_replace(true);
         });
         let (jobs, queue) = mpsc::channel();
-        let office = Arc::new(Office {
+        let context = Arc::new(ConnectionContext {
             token: self.token,
             jobs,
             waiting: Places::new(self.most_waiting),
@@ -172,13 +172,13 @@ impl Door {
         let (alive, mut ended) = oneshot::channel::<()>();
         let worker = std::thread::spawn(move || {
             let _alive = alive;
-            work(desk, &queue, (&figures, &events, &stopping))
+            work(service, &queue, (&figures, &events, &stopping))
         });
         let listening = format!("http://{}", self.address);
         let words = format!("listening at {listening}");
         log.tell(words, "listening", &[("address", listening.into())]);
         runtime
-            .block_on(accept(self.listener, office, stopped, &mut ended))
+            .block_on(accept(self.listener, context, stopped, &mut ended))
             .map_err(failed)?;
         if ended.try_recv() == Err(oneshot::error::TryRecvError::Empty) {
             let words = "ended before the request that was worked on; it is not in the plan";
@@ -186,7 +186,7 @@ impl Door {
             return Ok(Answer::Yes);
         }
         match worker.join() {
-            Ok(desk) => desk?.tell_patches(),
+            Ok(service) => service?.tell_patches(),
             Err(panic) => std::panic::resume_unwind(panic),
         }
         Ok(Answer::Yes)
@@ -209,16 +209,16 @@ fn token_of(path: &Path) -> Result<[u8; 32], Failure> {
 
 /// Answers one request after the other, until there is no connection left that could ask.
 fn work(
-    mut desk: Desk,
+    mut service: JournaledService,
     queue: &mpsc::Receiver<Job>,
     (figures, events, stopping): (&figures::Figures, &Events, &AtomicBool),
-) -> Result<Desk, Failure> {
-    let tell = |desk: &Desk| {
-        let revision = desk.revision().unwrap_or(0);
+) -> Result<JournaledService, Failure> {
+    let tell = |service: &JournaledService| {
+        let revision = service.revision().unwrap_or(0);
         figures.revision.set(revision as i64);
-        figures.drones.set(desk.drones() as i64);
+        figures.drones.set(service.drones() as i64);
     };
-    tell(&desk);
+    tell(&service);
     for job in queue {
         // No client would read the answer.
         if job.reply.is_closed() {
@@ -235,8 +235,8 @@ fn work(
             method,
             patch,
             kept,
-        } = desk.answer(&job.line, job.came)?;
-        tell(&desk);
+        } = service.answer(&job.line, job.came)?;
+        tell(&service);
         if let Some((line, event)) = kept {
             figures.dropped.inc_by(events.publish(&line, &event));
         }
@@ -248,7 +248,7 @@ fn work(
         // Who has gone since does not read what is in the plan.
         let _ = job.reply.send((code, bytes_of(&answer)));
     }
-    Ok(desk)
+    Ok(service)
 }
 
 const STOPPING: &str = "the process is about to end";
@@ -262,7 +262,7 @@ fn bytes_of(answer: &Told) -> Bytes {
 /// Takes connections until the process is to end, then lets go of them.
 async fn accept(
     listener: TcpListener,
-    office: Arc<Office>,
+    context: Arc<ConnectionContext>,
     mut stopped: watch::Receiver<bool>,
     ended: &mut oneshot::Receiver<()>,
 ) -> std::io::Result<()> {
@@ -282,8 +282,8 @@ async fn accept(
                 }
             },
         };
-        let Some(place) = office.connections.take(peer.ip()) else {
-            office.figures.answered("none", &Code::Busy.name());
+        let Some(place) = context.connections.take(peer.ip()) else {
+            context.figures.answered("none", &Code::Busy.name());
             let body = bytes_of(&Told::refused(Code::Busy, "too many connections"));
             let head = format!(
                 "HTTP/1.1 429 Too Many Requests\r\ncontent-type: application/json\r\n\
@@ -293,9 +293,9 @@ async fn accept(
             let _ = stream.try_write(&[head.as_bytes(), &body].concat());
             continue;
         };
-        let office = Arc::clone(&office);
+        let context = Arc::clone(&context);
         all.spawn(connection(
-            office,
+            context,
             stream,
             place,
             peer.ip(),
@@ -303,12 +303,12 @@ async fn accept(
         ));
     }
     drop(listener);
-    office.events.end();
+    context.events.end();
     let until = tokio::time::Instant::now() + GRACE;
     let _ = timeout_at(until, async { while all.join_next().await.is_some() {} }).await;
     all.shutdown().await;
-    // The desk has ended once no connection can ask it any more.
-    drop(office);
+    // The service has ended once no connection can ask it any more.
+    drop(context);
     let until = until.max(tokio::time::Instant::now() + LEAST_GRACE);
     let _ = timeout_at(until, ended).await;
     Ok(())
@@ -316,7 +316,7 @@ async fn accept(
 
 /// One connection, to its end.
 async fn connection(
-    office: Arc<Office>,
+    context: Arc<ConnectionContext>,
     stream: TcpStream,
     _place: Place,
     peer: IpAddr,
@@ -326,8 +326,8 @@ async fn connection(
     let mut stream = TimeoutStream::new(stream);
     stream.set_write_timeout(Some(STALLED));
     let service = service_fn(|request| {
-        let office = Arc::clone(&office);
-        async move { Ok::<_, std::convert::Infallible>(office.answer(peer, request).await) }
+        let context = Arc::clone(&context);
+        async move { Ok::<_, std::convert::Infallible>(context.answer(peer, request).await) }
     });
     let mut settings = http1::Builder::new();
     settings
@@ -347,7 +347,7 @@ async fn connection(
     }
 }
 
-impl Office {
+impl ConnectionContext {
     async fn answer(&self, peer: IpAddr, request: Request<Incoming>) -> Response<Payload> {
         let path = request.uri().path();
         let method = PATHS.into_iter().find(|(known, _)| *known == path);
@@ -446,7 +446,7 @@ impl Office {
         Ok(())
     }
 
-    /// Hands a request to the desk.
+    /// Hands a request to the service.
     async fn ask(
         &self,
         peer: IpAddr,

@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Broken> {
             break;
         }
         for message in link.received() {
-            area.hear(now_s, &message);
+            area.receive(now_s, &message);
         }
         if now_s >= 0.0 {
             area.tick(now_s);

@@ -22,7 +22,7 @@ const MOST_TIMES: usize = 100_000;
 const MOST_TOLD: usize = 20;
 
 /// The plan, the journal, and how long patches took.
-pub(super) struct Desk {
+pub(super) struct JournaledService {
     service: Service,
     journal: Option<Journal>,
     log: Log,
@@ -42,10 +42,14 @@ pub(super) struct Done {
     pub(super) kept: Option<(String, Event)>,
 }
 
-impl Desk {
+impl JournaledService {
     /// With what a journal holds, `compact` if it is to hold no more than it must.
-    pub(super) fn new(journal: Option<&Path>, compact: bool, log: Log) -> Result<Desk, Failure> {
-        let mut desk = Desk {
+    pub(super) fn new(
+        journal: Option<&Path>,
+        compact: bool,
+        log: Log,
+    ) -> Result<JournaledService, Failure> {
+        let mut journaled = JournaledService {
             service: Service::default(),
             journal: None,
             log,
@@ -53,9 +57,9 @@ impl Desk {
             replayed: Vec::new(),
         };
         if let Some(path) = journal {
-            desk.journal = Some(desk.replay(path, compact)?);
+            journaled.journal = Some(journaled.replay(path, compact)?);
         }
-        Ok(desk)
+        Ok(journaled)
     }
 
     /// Answers a request that came at a moment; what it changes is on the disk.
