@@ -1,4 +1,4 @@
-//! HTTP in front of the service: one thread moves bytes, another answers one request after the other.
+//! HTTP in front of the service: one thread moves bytes, another answers requests in turn.
 
 use std::fmt::Display;
 use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs as _};

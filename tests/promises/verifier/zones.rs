@@ -67,6 +67,19 @@ fn the_corner_of_a_zone_beside_the_jets_of_a_drone_is_judged() {
 }
 
 #[test]
+fn an_upper_bound_is_not_told_as_air_that_was_reached() {
+    let hovers = drone("a", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]);
+    let over = with_zone(plan(vec![hovers]), [4.0, 4.0, 0.0], [6.0, 6.0, 2.0], 0.5);
+    let mut found = verify(&over).violations.remove(0);
+    assert!(!found.is_bound);
+    assert!(found.to_string().contains("reaches"), "{found}");
+    found.is_bound = true;
+    let told = found.to_string();
+    assert!(told.contains("could not be decided"), "{told}");
+    assert!(!told.contains("reaches"), "{told}");
+}
+
+#[test]
 fn no_point_of_a_zone_has_more_air_than_is_said_to_be_most() {
     let crosses = drone(
         "a",
