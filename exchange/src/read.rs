@@ -70,14 +70,25 @@ impl ReadError {
 
 /// A table of numbers below its first line.
 struct Table {
-    /// Their lines, and as many values as columns.
+    /// Their lines, and the values that were asked for.
     rows: Vec<(u64, Vec<f64>)>,
     /// Of rows that are left out.
     faults: RowFaults,
 }
 
-/// The rows of a table of numbers, with so many columns.
-fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
+/// How many columns a table's first line names; a comma at its end begins none.
+fn columns_of(text: &str) -> usize {
+    let header = text.lines().next().unwrap_or_default().trim_end();
+    header
+        .strip_suffix(',')
+        .unwrap_or(header)
+        .split(',')
+        .count()
+}
+
+/// The first numbers of the rows of a table with so many columns; further columns may hold
+/// anything. A row may end with a comma.
+fn table(text: &str, columns: usize, numbers: usize) -> Result<Table, ReadError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(true)
         .flexible(true)
@@ -91,13 +102,14 @@ fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
             ReadError::line(line, error.to_string())
         })?;
         let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != columns {
+        let ends_empty = record.len() == columns + 1 && record.get(columns) == Some("");
+        if record.len() != columns && !ends_empty {
             let what = format!("{} columns, {columns} expected", record.len());
             faults.add(line, what);
             continue;
         }
-        let mut row = Vec::with_capacity(columns);
-        for (column, cell) in record.iter().enumerate() {
+        let mut row = Vec::with_capacity(numbers);
+        for (column, cell) in record.iter().take(numbers).enumerate() {
             match cell.parse::<f64>().ok().filter(|value| value.is_finite()) {
                 Some(value) => row.push(value),
                 None => {
@@ -106,7 +118,7 @@ fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
                 }
             }
         }
-        if row.len() == columns {
+        if row.len() == numbers {
             rows.push((line, row));
         }
     }
@@ -114,4 +126,44 @@ fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
         return Err(ReadError::line(2, "no rows below the header"));
     }
     Ok(Table { rows, faults })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::{setpoints, skybrush_csv, uav_trajectory};
+
+    #[test]
+    fn further_columns_may_hold_text() {
+        let ned = "t_s,n_m,e_m,d_m,note\n0,0,0,-1,up\n1,1,0,-1,\n";
+        let flown = setpoints::read(ned, 0.0, Point3::origin()).expect("a table");
+        assert_eq!(flown.spans.len(), 1);
+        let studio = "Time_msec,X_m,Y_m,Z_m,Color\n0,0,0,1,#ff0000\n1000,1,0,1,#00ff00\n";
+        assert_eq!(skybrush_csv::read(studio).expect("a table").spans.len(), 1);
+        let lacks = studio.replace("1000,1", "1000,?");
+        assert!(skybrush_csv::read(&lacks).is_err());
+    }
+
+    #[test]
+    fn rows_of_polynomials_may_end_with_a_comma() {
+        let name = |axis: &str| (0..8).map(|k| format!(",{axis}^{k}")).collect::<String>();
+        let header = format!(
+            "duration{}{}{}{}",
+            name("x"),
+            name("y"),
+            name("z"),
+            name("yaw")
+        );
+        let row = format!("1.5{}", ",0.1".repeat(32));
+        for (header, row) in [
+            (header.clone(), row.clone()),
+            (header.clone() + ",", row.clone()),
+            (header.clone() + ",", row.clone() + ","),
+        ] {
+            let flown = uav_trajectory::read(&format!("{header}\n{row}\n"));
+            assert_eq!(flown.expect("one piece").spans.len(), 1);
+        }
+        assert!(uav_trajectory::read(&format!("{header}\n{row},0\n")).is_err());
+    }
 }

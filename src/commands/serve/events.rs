@@ -95,7 +95,8 @@ impl Events {
         let mut ahead = VecDeque::from([Bytes::from_static(b"retry: 1000\n\n")]);
         match last {
             Some(last) if inner.name.as_deref() != Some(last) => {
-                let known = inner.kept.iter().position(|(name, _)| name == last);
+                // A plan that was opened again may repeat the names of the one before: the latest.
+                let known = inner.kept.iter().rposition(|(name, _)| name == last);
                 match known {
                     Some(index) => {
                         let since = inner.kept.iter().skip(index + 1);
