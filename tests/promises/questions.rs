@@ -263,6 +263,18 @@ fn what_a_wait_costs_is_one_figure_in_all_that_is_told() {
     let (_, told, _) = run(folder, &format!("{line} {}", (stop.0 + stop.1) / 2.0));
     let said = format!("{costs_s:.2} s earlier");
     assert!(told.contains(&said), "{said}: {told}");
+    // Of a plan that does not say when its drones arrive, too.
+    let path = folder.join("why/plan.json");
+    let mut plan: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    for drone in plan["drones"].as_array_mut().unwrap() {
+        drone.as_object_mut().unwrap().remove("arrives_s");
+    }
+    fs::write(&path, plan.to_string()).unwrap();
+    let (_, told, errors) = run(folder, &format!("{line} 0 --format json"));
+    let told: Value = serde_json::from_str(&told).expect(&errors);
+    let same: Vec<(f64, f64, String, Option<f64>)> =
+        serde_json::from_value(told["stops"].clone()).unwrap();
+    assert_eq!(same, stops);
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub(crate) struct Scene<'a> {
     /// The first of them.
     violations: Vec<String>,
     /// How many there are in all.
-    violation_count: usize,
+    pub(crate) violation_count: usize,
     /// Each wake: levels of depth, radius, aside in x and y (m), delay (s).
     wakes: Vec<Vec<[f32; 5]>>,
     drones: Vec<Drone<'a>>,
