@@ -400,6 +400,16 @@ fn two_plans_are_compared_by_what_follows_from_them() {
         serde_json::json!({"drone": "second", "arrives_s": [9.0, 7.125]})
     );
     assert_eq!(told["a"]["sum_of_arrivals_s"], 19.0);
+    // One that is not planned arrives nowhere.
+    let mut plan: Value = serde_json::from_str(&crossing(2.0)).unwrap();
+    plan["unplanned"] = serde_json::json!([{"name": "second", "reason": ""}]);
+    let trajectory = serde_json::json!({"t_s": [0], "position_m": [[5, 0, 2]]});
+    plan["drones"][1]["trajectory"] = trajectory;
+    fs::write(folder.join("stays.json"), plan.to_string()).unwrap();
+    let (_, listed, errors) = run(folder, "compare stays.json a.json --format json");
+    let listed: Value = serde_json::from_str(&listed).expect(&errors);
+    let first = serde_json::json!([{"drone": "first", "arrives_s": [10.0, 10.0]}]);
+    assert_eq!(listed["drones"], first);
     assert!(told["files"].to_string().contains("arrivals.svg"));
     assert_eq!(told["differs"], Value::Null);
 }
