@@ -300,8 +300,8 @@ fn a_drone_that_has_not_come_or_has_left_is_told_so_and_a_scenario_of_others_is_
     assert!(errors.contains(said), "{errors}");
 }
 
-/// A smooth flight with a rest of a second and one of 0.19 s, from where it goes on to a place (x, y
-/// in m); it does not say when it arrives.
+/// A smooth flight with a rest of a second and one of 0.19 s, from where it goes on to a place
+/// (x, y in m); it does not say when it arrives.
 fn with_rests(to_m: [f64; 2]) -> String {
     let at = |[x_m, y_m]: [f64; 2]| [x_m, y_m, 2.0];
     let [a, b, c, d] = [[1.0, 1.0], [3.0, 1.0], [5.0, 1.0], to_m].map(at);
