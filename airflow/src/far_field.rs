@@ -253,6 +253,13 @@ impl Level {
         let denominator = self.sigma2_m2 + self.steepness * radius2_m2;
         self.numerator / (denominator * denominator)
     }
+
+    /// Radius (m) within which it is faster than a speed; 0: nowhere.
+    pub(crate) fn radius_at_speed_m(&self, speed_mps: f64) -> f64 {
+        let denominator = (self.numerator / speed_mps.max(0.0)).sqrt();
+        let radius2_m2 = (denominator - self.sigma2_m2) / self.steepness;
+        radius2_m2.max(0.0).sqrt()
+    }
 }
 
 #[cfg(test)]

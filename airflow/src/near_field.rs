@@ -196,6 +196,20 @@ impl NearLevel {
             None => rotors,
         }
     }
+
+    /// A bound on the radius within which it is faster than a speed: a mixture is no faster than
+    /// the faster of its parts. Beyond the hubs, `r > R`, no rotor's jet is stronger than
+    /// `exp(-p (r - R)²)`.
+    pub(crate) fn reach_at_speed(&self, speed: f64) -> f64 {
+        let (w, far) = match &self.far {
+            Some((w, level)) => (*w, level.radius_at_speed_m(speed)),
+            None => (0.0, 0.0),
+        };
+        match w < 1.0 {
+            true => far.max(self.jets.reach_at_shape(speed * (1.0 - w) / self.strength)),
+            false => far,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -281,6 +295,26 @@ mod tests {
                 (0.0..1e-6).contains(&speed) && x < 0.0 && y > 0.0,
                 "at {s} l: {speed}, {x}, {y}"
             );
+        }
+    }
+
+    #[test]
+    fn beyond_the_reach_of_a_speed_no_air_is_faster_at_any_azimuth() {
+        for diameter in DIAMETERS {
+            let near = near(diameter);
+            for k in 0..=24 {
+                let s = 0.1 * f64::from(k);
+                let level = near.level(s);
+                for speed in [0.01, 0.1, 0.3, 0.6, 0.9, 1.2] {
+                    let reach = level.reach_at_speed(speed);
+                    for (away, turn) in (0..30).flat_map(|it| (0..36).map(move |on| (it, on))) {
+                        let r = reach + 1e-9 + 0.05 * f64::from(away);
+                        let (sin, cos) = (f64::from(turn) * 2.5_f64).to_radians().sin_cos();
+                        let there = level.axial_speed(r * cos, r * sin);
+                        assert!(there <= speed, "{diameter} {s} {speed} {r}: {there}");
+                    }
+                }
+            }
         }
     }
 }

@@ -75,6 +75,12 @@ impl RotorJets {
         lit * pair(x) * pair(y)
     }
 
+    /// A bound on the radius within which `n` exceeds a value: four jets, none nearer than its hub.
+    pub(crate) fn reach_at_shape(&self, shape: f64) -> f64 {
+        let rest = (4.0 / shape.max(0.0)).ln().max(0.0);
+        HUB_RADIUS + (rest / self.exponent).sqrt()
+    }
+
     /// `I_nn` and its derivative.
     pub(crate) fn self_overlap(&self) -> [f64; 2] {
         let apart = (-self.exponent * HUB_RADIUS * HUB_RADIUS).exp();

@@ -133,9 +133,8 @@ impl Separation {
     #[must_use]
     pub fn beside_m(&self, alpha: f64, below_m: f64) -> f64 {
         let limit_mps = alpha * self.lower_u_h_mps;
-        let reach_m = self.upper.radius_at_speed_m(below_m, limit_mps);
-        let column_m = self.upper.column_radius_m();
-        let to_m = reach_m.unwrap_or(0.0).max(column_m) + self.lower_tips_m;
+        let reach_m = self.upper.reach_at_speed_m(below_m, limit_mps);
+        let to_m = reach_m + self.lower_tips_m;
         last_over(to_m, &|beside_m| self.met(below_m, beside_m).alpha > alpha)
     }
 
@@ -269,6 +268,41 @@ mod tests {
                 if below_m > 0.0 {
                     let met = pair.met(below_m * 0.999, 0.0);
                     assert!(met.alpha > limit * 0.999, "{lower} {limit}: {met:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn beside_the_near_field_no_place_farther_than_is_asked_for_exceeds_the_limit_either() {
+        for (lower, upper) in [
+            ("crazyflie-2.1", "matrice-300"),
+            ("kolibri", "elios-3"),
+            ("matrice-300", "mavic-3e"),
+        ] {
+            let pair = of(lower, upper);
+            let alpha = |below_m: f64, beside_m: f64, azimuth_deg: f64| {
+                let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+                let source = Source {
+                    wake: &pair.upper,
+                    position_m: Point3::origin(),
+                    ends_at_z_m: f64::NEG_INFINITY,
+                };
+                let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
+                let sum = Superposition::Momentum;
+                mean_over_discs_mps(&[source], &pair.discs, centre_m, sum) / pair.lower_u_h_mps
+            };
+            for limit in [0.05, 0.3, 0.6] {
+                for k in 1..=20 {
+                    let below_m = pair.upper.near_field_depth_m() * f64::from(k) / 20.0;
+                    let beside_m = pair.beside_m(limit, below_m);
+                    for (away, turn) in (0..20).flat_map(|it| (0..18).map(move |on| (it, on))) {
+                        let there_m = beside_m + 1e-6 + 0.05 * f64::from(away);
+                        let met = alpha(below_m, there_m, 5.0 * f64::from(turn));
+                        // Between two of the azimuths that are looked at by a little.
+                        let told = (lower, upper, limit, below_m, there_m, turn);
+                        assert!(met <= limit * 1.001, "{told:?}: {met}");
+                    }
                 }
             }
         }

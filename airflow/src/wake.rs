@@ -429,6 +429,23 @@ impl Wake {
         self.far.radius_at_speed_m(depth_m, speed_mps)
     }
 
+    /// Radius (m) beyond which no air exceeds a speed, at any azimuth: in the far field where it
+    /// does, above 2.5 l a bound; 0 where there is none so fast. Of the hover jet alone.
+    #[must_use]
+    pub fn reach_at_speed_m(&self, depth_m: f64, speed_mps: f64) -> f64 {
+        let from_m = self.far.from_m();
+        match &self.shared.near {
+            Some(near) if depth_m < from_m => {
+                let speed = speed_mps / self.induced_velocity_mps;
+                self.length_m * near.level(depth_m / self.length_m).reach_at_speed(speed)
+            }
+            _ => {
+                let radius_m = self.radius_at_speed_m(depth_m.max(from_m), speed_mps);
+                radius_m.unwrap_or(0.0)
+            }
+        }
+    }
+
     /// Depth (m) below which no far-field point exceeds `speed_mps`: where the axis has slowed to
     /// it, and 2.5 l where all of the far field is slower. Infinite for a speed of 0.
     #[must_use]

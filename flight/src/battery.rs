@@ -52,12 +52,15 @@ fn energy_j(drone: &DronePlan, ends_s: f64) -> f64 {
     let (from_s, until_s) = drone.airborne_s;
     let until_s = until_s.unwrap_or(ends_s);
     let mut energy_j = drone.extra_energy_j;
-    // Where it ends it may hover on.
-    let next_s = path.t_s.iter().skip(1).chain([&ends_s]);
-    let next_m = path.position_m.iter().skip(1).chain(path.position_m.last());
-    let pieces = path.t_s.iter().zip(next_s);
-    let places_m = path.position_m.iter().zip(next_m);
-    for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(&path.mass_kg) {
+    // It may hover before its first time, and on after its last.
+    let (t_s, at_m) = (&path.t_s, &path.position_m);
+    let comes_s = drone.enters_s.unwrap_or(0.0);
+    let pieces = [&comes_s].into_iter().chain(t_s);
+    let pieces = pieces.zip(t_s.iter().chain([&ends_s]));
+    let places_m = at_m.first().into_iter().chain(at_m);
+    let places_m = places_m.zip(at_m.iter().chain(at_m.last()));
+    let masses_kg = path.mass_kg.first().into_iter().chain(&path.mass_kg);
+    for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(masses_kg) {
         let hover_mps = drone.hover_mps(*times_s.0);
         let weight_n = mass_kg * GRAVITY_MPS2;
         let flies_s = times_s.1.min(until_s) - times_s.0.max(from_s);
@@ -77,13 +80,17 @@ mod tests {
             "drones": [
                 {"name": "a", "airframe": "matrice-300", "trajectory": {"t_s": [0, 60], "position_m": [[1,1,4],[1,1,4]]}},
                 {"name": "b", "airframe": "kolibri", "trajectory": {"t_s": [0, 60], "position_m": [[7,7,1],[7,7,3]]}},
-                {"name": "c", "airframe": "matrice-300", "trajectory": {"t_s": [0], "position_m": [[1,7,4]]}}]}"#;
+                {"name": "c", "airframe": "matrice-300", "trajectory": {"t_s": [0], "position_m": [[1,7,4]]}},
+                {"name": "d", "airframe": "matrice-300", "trajectory": {"t_s": [50, 60], "position_m": [[4,7,4],[4,7,4]]}},
+                {"name": "e", "airframe": "matrice-300", "enters_s": 30, "trajectory": {"t_s": [50, 60], "position_m": [[7,4,4],[7,4,4]]}}]}"#;
         let plan = planner::plan::file::read(text).expect("a plan").plan;
-        let [a, b, c] = &of_plan(&plan, &Setup::default())[..] else {
-            panic!("three drones");
+        let [a, b, c, d, e] = &of_plan(&plan, &Setup::default())[..] else {
+            panic!("five drones");
         };
-        // Whatever a trajectory says of a drone that hovers on.
+        // Whatever a trajectory says of a drone that hovers on, or has hovered before.
         assert_eq!(a.energy_wh, c.energy_wh);
+        assert!((a.energy_wh - d.energy_wh).abs() < 1e-9);
+        assert!((a.energy_wh - 2.0 * e.energy_wh).abs() < 1e-9);
         let airframe = &plan.drones[0].airframe;
         let hover_w = airframe.mass_kg * GRAVITY_MPS2 * airframe.hover_induced_velocity_mps;
         assert!((a.energy_wh - hover_w * 60.0 / 0.5 / 3600.0).abs() < 1e-9);

@@ -735,6 +735,7 @@ impl Pilot {
 #[cfg(test)]
 mod tests {
     use airflow::Airframe;
+    use planner::plan::{Violation, ViolationKind};
 
     use super::*;
 
@@ -946,11 +947,15 @@ mod tests {
             let drone = drone((name, "barge"), &[(2.0, [x_m, 10.0, 5.0])], "");
             drone.replace(r#""barge""#, barge)
         };
-        for (apart_m, touching) in [(2.9, 2), (3.5, 0)] {
+        // What the verifier lets pass is no touch.
+        for (apart_m, touching) in [(2.9, 2), (2.998, 2), (2.9995, 0), (3.5, 0)] {
             let plan = plan(&[hovering("a", 8.0), hovering("b", 8.0 + apart_m)]);
             let report = flown(&plan, &calm_at(1.0));
             let fleet = &report.flights[0].fleet;
-            assert_eq!(fleet.touching, touching);
+            assert_eq!(fleet.touching, touching, "{apart_m}");
+            let violations = planner::verify(&plan).violations;
+            let touches = |it: &Violation| it.kind == ViolationKind::Collision;
+            assert_eq!(violations.iter().any(touches), touching > 0, "{apart_m}");
             let gap_m = fleet.least_gap_m.expect("within two metres");
             assert!((gap_m - (apart_m - 3.0)).abs() < 1e-6, "{gap_m}");
         }

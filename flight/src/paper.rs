@@ -46,6 +46,11 @@ const PASSES: u64 = 8;
 /// A vertical position gain is looked for between these (1/s): chosen here, beyond any in use on
 /// both sides.
 const GAINS_PER_S: (f64, f64) = (0.02, 50.0);
+/// Nearer to the paper's error than this part of it a gain is fitted: chosen here, far above what
+/// the search leaves.
+const FITTED_WITHIN: f64 = 0.01;
+/// What the research controller is called with a gain that is fitted, and with one that is not.
+const FITTED: [&str; 2] = ["K_p fitted to 134.2 mm", "K_p at the end of its range"];
 
 /// The paper's flight, measured and simulated.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -161,12 +166,12 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
             .map(|it| (it.as_str(), setup.gains(it)))
             .into_iter()
             .collect();
-        let fitted = fitted(
+        let (fitted, name) = fitted(
             setup,
             |gains| case(gains, DEPTHS_M[0], FeedForwardBasis::Nothing),
             research,
         );
-        controllers.push(("K_p fitted to 134.2 mm", fitted));
+        controllers.push((name, fitted));
         for (name, gains) in controllers {
             let without =
                 DEPTHS_M.map(|it| errors_m(setup, &case(gains, it, FeedForwardBasis::Nothing)));
@@ -232,31 +237,51 @@ fn notes(rows: &[PaperRow], wider: &[[f64; 2]; 2]) -> Vec<String> {
     });
     let fitted = "One gain is fitted, and only where the row says so; nothing else is.".to_owned();
     let [one_mm, two_mm] = [0, 1].map(|k: usize| 1e3 * wider[k][0]);
+    let at_end = simulated.iter();
+    let at_end = at_end.filter(|row| row.controller.starts_with(FITTED[1]));
+    let mut at_end: Vec<&str> = at_end.map(|row| row.rotor).collect();
+    at_end.dedup();
+    let which = match at_end.contains(&BLADE) {
+        true => FITTED[1],
+        false => "fitted",
+    };
     let window = format!(
-        "{BLADE}, fitted, over {WIDER_M} m to each side: {one_mm:.1} and {two_mm:.1} mm without feed-forward."
+        "{BLADE}, {which}, over {WIDER_M} m to each side: {one_mm:.1} and {two_mm:.1} mm without feed-forward."
     );
-    told.into_iter().chain([window, fitted]).collect()
+    let (low, high) = GAINS_PER_S;
+    let unfitted = (!at_end.is_empty()).then(|| {
+        format!(
+            "No K_p was found from {low} to {high} /s with which 134.2 mm come out: {}.",
+            at_end.join("; ")
+        )
+    });
+    let told = told.into_iter().chain([window]).chain(unfitted);
+    told.chain([fitted]).collect()
 }
 
 /// Gains with the vertical position gain at which the paper's error at 1 m comes out: a stiffer
-/// loop errs less.
-fn fitted(setup: &Setup, case: impl Fn(Gains) -> Case, from: Gains) -> Gains {
+/// loop errs less; and what they are called, by whether it does.
+fn fitted(setup: &Setup, case: impl Fn(Gains) -> Case, from: Gains) -> (Gains, &'static str) {
     let with = |gain_per_s: f64| {
         let mut gains = from;
         gains.position_per_s[1] = gain_per_s;
         gains
     };
     let (mut low, mut high) = GAINS_PER_S;
+    let measured_m = MEASURED_M[0][0][0];
     // Halved 24 times, in ratio, to 4e-7 of the gain.
     for _ in 0..24 {
         let middle = (low * high).sqrt();
         let [error_m, _] = errors_m(setup, &case(with(middle)));
-        match error_m > MEASURED_M[0][0][0] {
+        match error_m > measured_m {
             true => low = middle,
             false => high = middle,
         }
     }
-    with((low * high).sqrt())
+    let found = with((low * high).sqrt());
+    let [error_m, _] = errors_m(setup, &case(found));
+    let is_fitted = (error_m / measured_m - 1.0).abs() <= FITTED_WITHIN;
+    (found, FITTED[usize::from(!is_fitted)])
 }
 
 /// Root mean square and mean of the altitude error within the window (m), over all passes.
@@ -363,5 +388,22 @@ mod tests {
                 row.controller
             );
         }
+    }
+
+    #[test]
+    fn no_row_says_that_a_gain_is_fitted_where_none_has_the_papers_error() {
+        let setup = Setup::read(r#"(airframes: {"kolibri": (drag_area_over_l2: 2)})"#);
+        let found = fly(&setup.expect("in order"), 0, 0.0);
+        let named = |name| {
+            let rows = found.rows[1..].iter();
+            rows.filter(move |it| it.controller.starts_with(name))
+        };
+        let off = |it: &PaperRow| (it.passes[0].without[0] / 0.1342 - 1.0).abs();
+        assert!(named(FITTED[0]).count() > 0 && named(FITTED[1]).count() > 0);
+        assert!(named(FITTED[0]).all(|it| off(it) < 0.01));
+        assert!(named(FITTED[1]).all(|it| off(it) > 0.01));
+        let told = found.notes.iter().find(|it| it.starts_with("No K_p"));
+        let told = told.expect("is told");
+        assert!(named(FITTED[1]).all(|it| told.contains(it.rotor)), "{told}");
     }
 }

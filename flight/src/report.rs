@@ -1,5 +1,6 @@
 //! What a flight is told by: plain data, the contents of `flight.json`, format `flight/1`.
 
+use planner::verify::{SINK_M, TOUCH_M};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -104,7 +105,7 @@ pub struct FleetFlight {
     pub over_limit_by_a_tenth: usize,
     /// Highest air over a drone's own induced velocity.
     pub worst_alpha: f64,
-    /// Drones that touch another.
+    /// Drones that overlap another by more than 1 mm.
     pub touching: usize,
     /// Drones in an obstacle, or in a zone that keeps bodies out, by more than 5 mm.
     pub in_obstacles: usize,
@@ -182,6 +183,21 @@ pub struct DroneFlight {
     pub extra_energy_j: f64,
     /// Of a full battery (%); absent where its capacity is not known.
     pub battery_percent: Option<f64>,
+}
+
+impl DroneFlight {
+    /// Whether its body overlaps another's by more than the verifier lets pass.
+    #[must_use]
+    pub fn touches(&self) -> bool {
+        self.least_gap_m.is_some_and(|gap_m| gap_m < -TOUCH_M)
+    }
+
+    /// Whether it is in an obstacle, or a zone that keeps bodies out, by more than that.
+    #[must_use]
+    pub fn is_in_obstacle(&self) -> bool {
+        let gap_m = self.least_obstacle_gap_m;
+        gap_m.is_some_and(|gap_m| gap_m < -SINK_M)
+    }
 }
 
 /// One drone over time, in every flight.

@@ -16,8 +16,6 @@ const IN_AIR: f64 = 0.05;
 const MEAN_STEPS: usize = 12;
 /// Beyond its limit by so much counts with lean of wakes and averaged alpha: chosen here.
 const TENTH: f64 = 0.1;
-/// Deeper in an obstacle than this a body is in it (m): the tolerance of the verifier.
-const INSIDE_M: f64 = 0.005;
 
 /// The nearest that something came.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -189,11 +187,8 @@ impl Tally {
             longest_over_limit_s: most(|it| it.over_limit_s),
             over_limit_by_a_tenth: count(|it| it.worst_mean_alpha > it.air_limit + TENTH),
             worst_alpha: most(|it| it.worst_alpha),
-            touching: count(|it| it.least_gap_m.is_some_and(|gap_m| gap_m < 0.0)),
-            in_obstacles: count(|it| {
-                it.least_obstacle_gap_m
-                    .is_some_and(|gap_m| gap_m < -INSIDE_M)
-            }),
+            touching: count(DroneFlight::touches),
+            in_obstacles: count(DroneFlight::is_in_obstacle),
             least_gap_m: least(|it| it.least_gap_m),
             least_obstacle_gap_m: least(|it| it.least_obstacle_gap_m),
             tracking_max_m: tracking.most,

@@ -9,10 +9,9 @@ use flight::Options;
 use flight::controller::Controller;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
-use planner::plan::AtEnd;
 use planner::plan::file::{self, PlanFile};
 use planner::plan::outcome::{Blocker, EndpointConflicts, IMPROVING_SHARE, PLANNING_SHARE};
-use planner::verify::examination::examine;
+use planner::verify::examination::{Examination, examine};
 use planner::{Control, Files, Outcome};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -66,13 +65,14 @@ impl World {
     }
 }
 
-/// A plan, as `plan.json` has it, and what to know of it.
+/// A plan, as `plan.json` has it, what to know of it, and how many more violations there are than
+/// it tells.
 #[pyclass(frozen)]
-pub(crate) struct Plan(pub(crate) Arc<planner::Plan>, Vec<String>);
+pub(crate) struct Plan(pub(crate) Arc<planner::Plan>, Vec<String>, usize);
 
 impl Plan {
     pub(crate) fn of(plan: planner::Plan, notes: Vec<String>) -> Plan {
-        Plan(Arc::new(plan), notes)
+        Plan(Arc::new(plan), notes, 0)
     }
 }
 
@@ -83,12 +83,14 @@ impl Plan {
     fn read(py: Python<'_>, text: &str) -> PyResult<Plan> {
         let file = file::read(text).map_err(|error| sentence(py, "PlanError", error))?;
         wait(py, &Stop::default(), move || {
-            let mut plan = examine(&file, false).plan;
+            let Examination {
+                mut plan, untold, ..
+            } = examine(&file, false);
             // How late each may be takes longer to find: it stays as stated.
             for (drone, stated) in plan.drones.iter_mut().zip(&file.plan.drones) {
                 drone.may_be_late_s = stated.may_be_late_s;
             }
-            Plan::of(plan, file.remarks)
+            Plan(Arc::new(plan), file.remarks, untold)
         })
     }
 
@@ -104,7 +106,11 @@ impl Plan {
     /// The text of a plan.html; `world`: what was planned, which tells dwells and waits apart.
     fn page(&self, py: Python<'_>, world: Option<&World>) -> String {
         let (plan, world) = (self.0.clone(), world.map(|it| it.0.clone()));
-        py.detach(|| View::of(&plan, world.as_deref()).page(None))
+        let untold = self.2;
+        py.detach(|| {
+            let view = View::of(&plan, world.as_deref()).with_untold(untold);
+            view.page(None)
+        })
     }
 
     /// Where a drone is at some times (s), a row each (m); NaN where it is not there.
@@ -120,10 +126,10 @@ impl Plan {
             .ok_or_else(|| PyIndexError::new_err(drone))?;
         let t_s = t_s.as_array();
         let mut found = Array2::from_elem((t_s.len(), 3), f64::NAN);
-        let last_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
+        let leaves_s = self.0.leaves_s(drone);
         for (mut row, &t_s) in found.outer_iter_mut().zip(t_s) {
             let has_come = drone.enters_s.is_none_or(|enters_s| enters_s <= t_s);
-            let is_there = has_come && (drone.at_end != AtEnd::Leave || t_s <= last_s);
+            let is_there = has_come && leaves_s.is_none_or(|leaves_s| t_s <= leaves_s);
             let there_m = drone.trajectory.position_m(t_s).filter(|_| is_there);
             if let Some(there_m) = there_m {
                 (row[0], row[1], row[2]) = (there_m.x, there_m.y, there_m.z);

@@ -61,7 +61,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let files = match &out {
         None => Vec::new(),
         Some(out) => {
-            let page = View::of(&found.plan, None).page(None);
+            let page = View::of(&found.plan, None)
+                .with_untold(found.untold)
+                .page(None);
             let texts = vec![
                 (MAIN.to_owned(), files::json(&found.plan)),
                 ("plan.html".to_owned(), page),

@@ -224,7 +224,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (found_a, found_b) = (examine(&a, true), examine(&b, true));
     let arrivals = |found: &Examination| -> BTreeMap<String, f64> {
         let of = |it: &DronePlan| (it.name.clone(), it.arrives_s);
-        found.plan.drones.iter().map(of).collect()
+        let mut all: BTreeMap<String, f64> = found.plan.drones.iter().map(of).collect();
+        for left in &found.plan.unplanned {
+            all.remove(&left.name);
+        }
+        all
     };
     let theirs = arrivals(&found_b);
     let both = arrivals(&found_a).into_iter().filter_map(|(drone, a_s)| {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use nalgebra::Point3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use planner::plan::{AtEnd, DronePlan, Violation, ViolationKind};
+use planner::plan::{DronePlan, Violation, ViolationKind};
 use planner::{Plan, World};
 use serde::Serialize;
 use viewer::Stop;
@@ -62,12 +62,13 @@ struct Explained {
     /// `null`: it is not there.
     position_m: Option<Point3<f64>>,
     speed_mps: f64,
-    /// `wait`, `dwell`, `stop` where that is not known, `flies`, `stands` or `not there`.
+    /// `wait`, `dwell`, `stop` where that is not known, `rests` (between two moves, for less than
+    /// is told as a stop), `flies`, `stands` or `not there`.
     does: &'static str,
     /// Of a drone that is not planned, why.
     #[serde(skip_serializing_if = "Option::is_none")]
     unplanned: Option<String>,
-    /// Of a stop (s): where it is still, or so slow that it stops.
+    /// Of a stop or a rest (s): where it is still, or so slow that it stops.
     #[serde(skip_serializing_if = "Option::is_none")]
     span_s: Option<(f64, f64)>,
     /// Of a wait, how much later the drone is for it (s): its part of the drone's `waits_s`, and by
@@ -80,7 +81,8 @@ struct Explained {
     /// too short to be told, and in slower flight.
     #[serde(skip_serializing_if = "Option::is_none")]
     waits_elsewhere_s: Option<f64>,
-    /// Whom it waits for: with whom it would first break a rule, had it gone on at once.
+    /// Which drone it waits for: with which it would first break a rule, had it gone on at once.
+    /// Of its own air in a zone: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     waits_for: Option<String>,
     /// What would break then that holds now, in order of time.
@@ -114,20 +116,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let stops = viewer::stops(&plan, world.as_ref(), k);
     let is_there = is_there(&plan, drone, at_s);
-    let mut at_once = stops.iter();
-    let stop = at_once.find(|it| is_there && it.from_s <= at_s && at_s < it.until_s);
     let speed_mps = state.velocity_mps.norm();
-    let does = match stop {
+    let now = |it: &&Stop| is_there && it.from_s <= at_s && at_s < it.until_s;
+    // Where it does not move yet at a stop's end it still stops.
+    let ends = |it: &&Stop| is_there && it.until_s == at_s && speed_mps == 0.0;
+    let stop = stops.iter().find(now).or(stops.iter().find(ends));
+    let before_s = stops.iter().map(|it| it.until_s).filter(|it| *it <= at_s);
+    let before_s = before_s.fold(0.0, f64::max);
+    let rest_s = rest_s(drone, (at_s, state.position_m));
+    let rest_s = rest_s.map(|(from_s, until_s)| (from_s.max(before_s), until_s));
+    let does = match (stop, rest_s) {
         _ if !is_there => "not there",
-        Some(stop) => stop.what,
-        None if speed_mps > 0.0 => "flies",
-        None => "stands",
+        (Some(stop), _) => stop.what,
+        _ if speed_mps > 0.0 => "flies",
+        (None, Some(_)) => "rests",
+        (None, None) => "stands",
     };
     let otherwise = match stop.filter(|it| it.what != "dwell") {
         Some(stop) => otherwise(&plan, k, stop),
         None => Vec::new(),
     };
     let other = |it: &Violation| match it.drone == *name {
+        // It is its own wake that is in a zone.
+        true if is_of_zone(it) => None,
         true => it.with.clone(),
         false => Some(it.drone.clone()),
     };
@@ -146,7 +157,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             .iter()
             .find(|it| it.name == *name)
             .map(|it| it.reason.clone()),
-        span_s: stop.map(|it| (it.from_s, it.until_s)),
+        span_s: match does {
+            "rests" => rest_s,
+            _ => stop.map(|it| (it.from_s, it.until_s)),
+        },
         costs_s: stop.and_then(|it| it.costs_s),
         waits_s: drone.waits_s,
         waits_elsewhere_s: world.as_ref().map(|_| {
@@ -197,9 +211,7 @@ fn world_of(plan: &Plan, path: &Path) -> Result<World, Failure> {
 
 /// Whether a drone has come, and has not left: one that is not planned stays at its start.
 fn is_there(plan: &Plan, drone: &DronePlan, at_s: f64) -> bool {
-    let last_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
-    let is_planned = plan.unplanned.iter().all(|it| it.name != drone.name);
-    let has_left = is_planned && drone.at_end == AtEnd::Leave && at_s > last_s;
+    let has_left = plan.leaves_s(drone).is_some_and(|it| at_s > it);
     !has_left && drone.enters_s.is_none_or(|enters_s| enters_s <= at_s)
 }
 
@@ -236,9 +248,7 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     let name = drone.name.clone();
     // How it moves itself is not asked: no drone flies it like that.
     let concerns = |it: &Violation| {
-        it.with.is_some() && it.drone == name
-            || it.with.as_ref() == Some(&name)
-            || matches!(it.kind, ViolationKind::Zone | ViolationKind::ZoneMargin)
+        it.with.is_some() && it.drone == name || it.with.as_ref() == Some(&name) || is_of_zone(it)
     };
     let now = planner::verify(plan).violations;
     let is_new = |it: &Violation| {
@@ -248,6 +258,31 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     };
     let then = planner::verify(&hurried).violations.into_iter();
     then.filter(|it| concerns(it) && is_new(it)).collect()
+}
+
+fn is_of_zone(it: &Violation) -> bool {
+    it.kind.without_margin() == ViolationKind::Zone
+}
+
+/// Places nearer to one another are one (m), chosen here: as of stops.
+const SAME_PLACE_M: f64 = 1e-3;
+
+/// From when until when (s) a drone is at the place (m) where it is at a time (s), if it comes from
+/// another and goes on to another.
+fn rest_s(drone: &DronePlan, (at_s, at_m): (f64, Point3<f64>)) -> Option<(f64, f64)> {
+    let path = &drone.trajectory;
+    let points = path.t_s.iter().zip(&path.position_m);
+    let elsewhere = |m: &Point3<f64>| (m - at_m).norm() > SAME_PLACE_M;
+    let comes = points
+        .clone()
+        .rposition(|(t_s, m)| *t_s < at_s && elsewhere(m))?;
+    let goes = points
+        .into_iter()
+        .position(|(t_s, m)| *t_s > at_s && elsewhere(m))?;
+    Some((
+        *path.t_s.get(comes + 1)?,
+        *path.t_s.get(goes.checked_sub(1)?)?,
+    ))
 }
 
 /// Where a drone is that neither waits nor dwells: at its start, or at its end, or nowhere.
@@ -268,8 +303,9 @@ fn stands(explained: &Explained, plan: &Plan) -> String {
         return "stands at its start: it is not planned".to_owned();
     }
     let path = drone.map(|it| it.trajectory.t_s.iter().zip(&it.trajectory.position_m));
+    let here_m = explained.position_m.unwrap_or_default();
     let moves_on = |(t_s, at_m): (&f64, &Point3<f64>)| {
-        *t_s > explained.at_s && Some(*at_m) != explained.position_m
+        *t_s > explained.at_s && (at_m - here_m).norm() > SAME_PLACE_M
     };
     let is_done = drone.is_none_or(|it| it.arrives_s <= explained.at_s);
     match path.is_some_and(|mut path| path.any(moves_on)) {
@@ -290,6 +326,7 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
             let word = match does {
                 "wait" => "waits",
                 "dwell" => "dwells at its task",
+                "rests" => "rests between two moves",
                 _ => "stops",
             };
             format!(
@@ -306,10 +343,20 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
     if let Some(reason) = explained.unplanned.as_ref().filter(|it| !it.is_empty()) {
         report.section("Why", vec![Part::line(reason.clone())]);
     }
-    if let Some((from_s, until_s)) = explained.span_s.filter(|_| explained.does != "dwell") {
+    let is_asked = !["dwell", "rests"].contains(&explained.does);
+    if let Some((from_s, until_s)) = explained.span_s.filter(|_| is_asked) {
         let saved_s = saved_s((from_s, until_s), explained.costs_s);
-        let lines = match (&explained.waits_for, explained.otherwise.len()) {
-            (Some(other), all) => {
+        let first = explained.otherwise.first();
+        let zone = first.and_then(|it| it.with.as_ref().filter(|_| is_of_zone(it)));
+        let reason = match (&explained.waits_for, zone) {
+            (Some(other), _) => Some(format!("waits for `{other}`")),
+            (None, Some(zone)) => Some(format!(
+                "waits so that the air in zone `{zone}` keeps its limit"
+            )),
+            (None, None) => None,
+        };
+        let lines = match (reason, explained.otherwise.len()) {
+            (Some(reason), all) => {
                 let mut list: Vec<String> = explained
                     .otherwise
                     .iter()
@@ -320,10 +367,8 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                     list.push(format!("and {} more", all - MOST_TOLD));
                 }
                 let what = match explained.does {
-                    "wait" => format!("It waits for `{other}`."),
-                    _ => format!(
-                        "It dwells, or waits for `{other}`: --scenario tells dwells from waits."
-                    ),
+                    "wait" => format!("It {reason}."),
+                    _ => format!("It dwells, or {reason}: --scenario tells dwells from waits."),
                 };
                 vec![
                     Part::line(format!(

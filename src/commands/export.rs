@@ -212,8 +212,8 @@ fn files_of(manifest: &Path) -> Vec<String> {
     let names = drones.flat_map(|it| it["files"].as_array().into_iter().flatten());
     let names = names.chain(manifest["files_of_all"].as_array().into_iter().flatten());
     let names = names.filter_map(|it| it.as_str());
-    let is_plain = |name: &&str| Path::new(name).file_name().is_some_and(|it| it == *name);
-    names.filter(is_plain).map(str::to_owned).collect()
+    let plain = names.filter(|it| files::is_plain(it));
+    plain.map(str::to_owned).collect()
 }
 
 fn text(manifest: &Manifest, files: usize) -> String {

@@ -11,6 +11,7 @@ use flight::feed_forward::FeedForward;
 use flight::gusts::INTENSITY;
 use flight::{FlightReport, Options, Setup};
 use planner::plan::file::PlanFile;
+use planner::verify::examination::examine;
 use serde::Serialize;
 use viewer::View;
 
@@ -175,7 +176,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut texts = vec![(MAIN.to_owned(), json(&[]))];
     texts.extend(page::files(&report));
-    let page = View::of(&file.plan, None).page(Some(&flown));
+    // What a plan does not say of itself the page has from the verifier.
+    let examined = (!file.claims.are_whole()).then(|| examine(&file, true));
+    let view = match &examined {
+        Some(found) => View::of(&found.plan, None).with_untold(found.untold),
+        None => View::of(&file.plan, None),
+    };
+    let page = view.page(Some(&flown));
     texts.push(("plan.html".to_owned(), page));
     let files = files::write_below(&out.path, texts)?;
     print(&match arguments.format {

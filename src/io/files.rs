@@ -135,6 +135,11 @@ pub(crate) fn write<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<(), Failur
     Ok(())
 }
 
+/// Whether a name that a file states is one of a file or a folder, and no path.
+pub(crate) fn is_plain(name: &str) -> bool {
+    Path::new(name).file_name().is_some_and(|it| it == name)
+}
+
 /// Files by their names in a folder.
 pub(crate) fn below<N: AsRef<Path>, B>(folder: &Path, files: Vec<(N, B)>) -> Vec<(PathBuf, B)> {
     let there = |(name, text)| (folder.join(name), text);

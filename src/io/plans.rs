@@ -77,12 +77,11 @@ impl Source {
         self.paths.first().map_or(Path::new(""), PathBuf::as_path)
     }
 
-    /// What a folder for it is called.
+    /// What a folder for it is called: as its scenario, where that is no way to elsewhere.
     pub(crate) fn name(&self, file: &PlanFile) -> String {
-        match file.plan.scenario.as_str() {
-            "" => stem(self.path()),
-            scenario => scenario.to_owned(),
-        }
+        let names = [file.plan.scenario.clone(), stem(self.path())];
+        let plain = names.into_iter().find(|it| files::is_plain(it));
+        plain.unwrap_or_else(|| "plan".to_owned())
     }
 
     /// The plan.

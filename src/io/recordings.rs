@@ -133,6 +133,15 @@ fn joined<'f>(
             if there.is_empty() {
                 continue;
             }
+            if !files::is_plain(flight) {
+                problems.push(Problem {
+                    file: file.display().to_string(),
+                    line: None,
+                    field: Some("joined".to_owned()),
+                    message: format!("flight `{flight}` has the name of a path"),
+                    help: Some("a folder is named after it: leave out what / separates".to_owned()),
+                });
+            }
             let mut parts = Vec::new();
             for (vehicle, log) in &logs.0 {
                 match place(&all, log) {

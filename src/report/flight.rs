@@ -232,17 +232,13 @@ fn verdict(flown: &FlightReport) -> Vec<String> {
         ));
     }
     let pairs = flown.flights.iter().flat_map(|flight| &flight.drones);
-    let touching = pairs.filter(|it| it.least_gap_m.is_some_and(|gap_m| gap_m < 0.0));
+    let touching = pairs.filter(|it| it.touches());
     let nearest = touching.min_by(|a, b| {
         let gap = |it: &DroneFlight| it.least_gap_m.unwrap_or(0.0);
         gap(a).total_cmp(&gap(b))
     });
     if let Some(drone) = nearest {
-        let touching = worst(&|flight, k| {
-            flight.drones[k]
-                .least_gap_m
-                .is_some_and(|gap_m| gap_m < 0.0)
-        });
+        let touching = worst(&|flight, k| flight.drones[k].touches());
         lines.push(format!(
             "Bodies touch: {}; deepest `{}` and `{}`, by {:.2} m at {:.1} s.",
             named(&touching),
@@ -252,10 +248,7 @@ fn verdict(flown: &FlightReport) -> Vec<String> {
             drone.least_gap_at_s.unwrap_or(0.0)
         ));
     }
-    let inside = worst(&|flight, k| {
-        let gap_m = flight.drones[k].least_obstacle_gap_m;
-        flight.fleet.in_obstacles > 0 && gap_m.is_some_and(|gap_m| gap_m < -0.005)
-    });
+    let inside = worst(&|flight, k| flight.drones[k].is_in_obstacle());
     if !inside.is_empty() {
         lines.push(format!(
             "In obstacles, or zones that keep bodies out: {}.",

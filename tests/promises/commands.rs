@@ -9,6 +9,8 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::flying::scene;
+
 /// Two drones far apart: feasible, and planned in no time.
 const PAIR: &str = r#"Scenario(
   name: "pair",
@@ -238,6 +240,26 @@ fn a_figure_that_does_not_follow_from_the_plan_is_named_and_the_answer_is_no() {
         told.starts_with("`left`: `dose_m` is 7.5 in the file, "),
         "{told}"
     );
+}
+
+#[test]
+fn the_page_of_a_check_counts_the_violations_that_the_check_counts() {
+    // More at one place than are told one by one.
+    let drone = |k: usize| {
+        format!(
+            r#"{{"name": "d{k}", "airframe": "kolibri", "trajectory": {{"t_s": [0], "position_m": [[5, 5, 4]]}}}}"#
+        )
+    };
+    let drones: Vec<String> = (0..70).map(drone).collect();
+    let plan = format!(
+        r#"{{"format": "plan/1", "scenario": "crowd", "bounds_m": {{"min": [0, 0, 0], "max": [9, 9, 9]}}, "drones": [{}]}}"#,
+        drones.join(",")
+    );
+    let desk = Desk::with(&[("plan.json", &plan)]);
+    let output = desk.plan(&["check", "plan.json", "--out", "here"]);
+    let counted = scene(&desk.path("here/plan.html"))["violation_count"].clone();
+    let said = format!("crowd: 70 drones, {counted} violations\n");
+    assert!(stdout(&output).contains(&said), "{said}");
 }
 
 #[test]

@@ -589,3 +589,28 @@ fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_wha
     let waits = "waits on the ground in the plan, takes off at once here: `hops`";
     assert!(manifest["lost"].to_string().contains(waits), "{manifest}");
 }
+
+#[test]
+fn no_scenarios_name_leads_out_of_the_folder_of_a_command() {
+    for scenario in ["/elsewhere", "..", "../../../up", "a/b"] {
+        let desk = tempfile::tempdir().unwrap();
+        let folder = desk.path().join("here");
+        fs::create_dir(&folder).unwrap();
+        let mut plan = plan();
+        plan["scenario"] = match scenario.strip_prefix('/') {
+            Some(name) => json!(desk.path().join(name)),
+            None => json!(scenario),
+        };
+        fs::write(folder.join("flown.json"), plan.to_string()).unwrap();
+        let (_, told, errors) = run(&folder, "export flown.json --to setpoints");
+        assert!(
+            told.contains("wrote out/export/flown/setpoints/"),
+            "{told}{errors}"
+        );
+        let line = "fly flown.json --until 0.1 --gusts 0 --convection 1";
+        let (_, told, errors) = run(&folder, line);
+        assert!(told.contains("wrote out/fly/flown/"), "{told}{errors}");
+        let beside = fs::read_dir(desk.path()).unwrap().count();
+        assert_eq!(beside, 1, "{scenario}");
+    }
+}

@@ -1,6 +1,7 @@
 //! `plan fly` as a person or a script meets it.
 
 use std::fs;
+use std::path::Path;
 
 use super::run;
 use serde_json::Value;
@@ -49,6 +50,41 @@ fn the_exit_code_says_whether_the_flight_is_within_limits() {
     let (code, told, _) = run(folder, &early);
     assert_eq!(code, Some(0), "{told}");
     assert!(told.contains("within limits"), "{told}");
+}
+
+/// What a plan.html shows, as data.
+pub(super) fn scene(page: &Path) -> Value {
+    let html = fs::read_to_string(page).unwrap();
+    let data = html.split_once("type=\"application/json\">").unwrap().1;
+    serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn the_page_of_a_flight_says_of_a_plan_without_results_what_the_verifier_finds() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), plan(0.0)).unwrap();
+    let (code, ..) = run(folder, "check plan.json --out checked");
+    assert_eq!(code, Some(1));
+    let line = "fly plan.json --convection 1 --gusts 0 --until 0.5 --out flown";
+    let (_, _, errors) = run(folder, line);
+    let [flown, checked] = ["flown", "checked"].map(|it| scene(&folder.join(it).join("plan.html")));
+    assert_eq!(flown["status"], "unsafe", "{errors}");
+    for key in ["status", "violations", "violation_count"] {
+        assert_eq!(flown[key], checked[key], "{key}");
+    }
+    for key in [
+        "arrives_s",
+        "worst_air_mps",
+        "worst_air_from",
+        "may_be_late_s",
+    ] {
+        for k in 0..4 {
+            assert_eq!(flown["drones"][k][key], checked["drones"][k][key], "{key}");
+        }
+    }
+    assert_eq!(flown["drones"][0]["arrives_s"], 6.0);
+    assert!(flown["drones"][2]["worst_air_mps"].as_f64() > Some(1.0));
 }
 
 #[test]

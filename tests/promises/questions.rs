@@ -300,6 +300,87 @@ fn a_drone_that_has_not_come_or_has_left_is_told_so_and_a_scenario_of_others_is_
     assert!(errors.contains(said), "{errors}");
 }
 
+/// A smooth flight with a rest of a second and one of 0.19 s, from where it goes on to a place
+/// (x, y in m); it does not say when it arrives.
+fn with_rests(to_m: [f64; 2]) -> String {
+    let at = |[x_m, y_m]: [f64; 2]| [x_m, y_m, 2.0];
+    let [a, b, c, d] = [[1.0, 1.0], [3.0, 1.0], [5.0, 1.0], to_m].map(at);
+    let plan = serde_json::json!({
+        "format": "plan/1", "scenario": "rests", "bounds_m": {"min": [0, 0, 0], "max": [9, 9, 9]},
+        "drones": [{"name": "k", "airframe": "kolibri", "trajectory": {
+            "t_s": [1, 4, 5, 8, 8.1875, 12], "position_m": [a, b, b, c, c, d],
+            "control_m": [[a, b], [], [b, c], [], [c, d]],
+        }}],
+    });
+    plan.to_string()
+}
+
+#[test]
+fn a_drone_at_rest_in_mid_flight_is_not_told_to_have_not_begun() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), with_rests([5.0, 3.0])).unwrap();
+    let rests = "It rests between two moves from 8.00 s to 8.19 s (0.19 s)";
+    for (at_s, does, said) in [
+        (0.5, "stands", "It stands: it has not begun"),
+        (4.0, "stop", "It stops from 4.00 s to 5.00 s (1.00 s)"),
+        (5.0, "stop", "It stops from 4.00 s to 5.00 s (1.00 s)"),
+        (6.0, "flies", "It flies at"),
+        (8.125, "rests", rests),
+        (8.1875, "rests", rests),
+        (12.0, "stands", "It stands: it is done"),
+    ] {
+        let line = format!("explain plan.json --drone k --at {at_s}");
+        let (_, told, errors) = run(folder, &line);
+        assert!(told.contains(said), "{at_s}: {told}{errors}");
+        let (_, told, _) = run(folder, &format!("{line} --format json"));
+        let told: Value = serde_json::from_str(&told).unwrap();
+        assert_eq!(told["does"], does, "{at_s}");
+    }
+}
+
+#[test]
+fn slow_flight_is_a_stop_also_of_a_plan_that_does_not_say_when_its_drones_arrive() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), with_rests([7.0, 1.0])).unwrap();
+    let (_, told, errors) = run(folder, "explain plan.json --drone k --at 8.125");
+    let said = "It stops from 7.70 s to 8.80 s (1.10 s)";
+    assert!(told.contains(said), "{told}{errors}");
+}
+
+#[test]
+fn no_zone_is_told_to_be_a_drone_that_another_waits_for() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let drone = |name: &str, t_s: &[f64], x_m: &[f64]| {
+        let position_m: Vec<[f64; 3]> = x_m.iter().map(|&x_m| [x_m, 5.0, 11.9]).collect();
+        serde_json::json!({"name": name, "airframe": "matrice-300", "trajectory": {"t_s": t_s, "position_m": position_m}})
+    };
+    // Beside one another they are too much for the zone.
+    let drones = [
+        drone("up", &[0.0, 2.0, 12.0, 16.0], &[1.0, 3.0, 3.0, 6.2]),
+        drone("o2", &[0.0, 9.0, 14.0], &[7.8, 7.8, 15.0]),
+    ];
+    let plan = serde_json::json!({
+        "format": "plan/1", "scenario": "zone", "drones": drones,
+        "bounds_m": {"min": [0, 0, 0], "max": [20, 20, 12]},
+        "zones": [{"name": "desk", "min_m": [6, 4, 0], "max_m": [8, 6, 1], "air_limit_mps": 3.0}],
+    });
+    fs::write(folder.join("plan.json"), plan.to_string()).unwrap();
+    let line = "explain plan.json --drone up --at 5";
+    let (_, told, errors) = run(folder, line);
+    let said = "waits so that the air in zone `desk` keeps its limit";
+    assert!(
+        told.contains(said) && told.contains("in zone `desk` from"),
+        "{told}{errors}"
+    );
+    let (_, told, _) = run(folder, &format!("{line} --format json"));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["otherwise"][0]["kind"], "zone", "{told}");
+    assert_eq!(told["waits_for"], Value::Null, "{told}");
+}
+
 #[test]
 fn two_plans_are_compared_by_what_follows_from_them() {
     let desk = tempfile::tempdir().unwrap();
@@ -316,6 +397,16 @@ fn two_plans_are_compared_by_what_follows_from_them() {
         serde_json::json!({"drone": "second", "arrives_s": [9.0, 7.125]})
     );
     assert_eq!(told["a"]["sum_of_arrivals_s"], 19.0);
+    // One that is not planned arrives nowhere.
+    let mut plan: Value = serde_json::from_str(&crossing(2.0)).unwrap();
+    plan["unplanned"] = serde_json::json!([{"name": "second", "reason": ""}]);
+    let trajectory = serde_json::json!({"t_s": [0], "position_m": [[5, 0, 2]]});
+    plan["drones"][1]["trajectory"] = trajectory;
+    fs::write(folder.join("stays.json"), plan.to_string()).unwrap();
+    let (_, listed, errors) = run(folder, "compare stays.json a.json --format json");
+    let listed: Value = serde_json::from_str(&listed).expect(&errors);
+    let first = serde_json::json!([{"drone": "first", "arrives_s": [10.0, 10.0]}]);
+    assert_eq!(listed["drones"], first);
     assert!(told["files"].to_string().contains("arrivals.svg"));
     assert_eq!(told["differs"], Value::Null);
 }

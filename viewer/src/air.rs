@@ -31,6 +31,9 @@ struct Member<'a> {
     kinds: Vec<usize>,
     /// How far from where it is now its air may be felt (m), level.
     reach_m: f64,
+    /// How long its air is under way at most (s).
+    lag_s: f64,
+    leaves_s: Option<f64>,
 }
 
 /// The air of a whole plan.
@@ -88,19 +91,23 @@ impl<'a> AirOfPlan<'a> {
                 }))
             });
             let kinds_of: Vec<usize> = kinds_of.collect();
-            let reach_of = |&kind: &usize| {
-                let Kind { wake, reach_m, .. } = &kinds[kind];
-                let lag_s = convection.map_or(0.0, |factor| {
-                    wake.far_field().transport_time_s(depth_m, factor)
-                });
-                reach_m + lag_s * drone.airframe.max_speed_mps
+            let lag_of = |&kind: &usize| {
+                convection.map_or(0.0, |factor| {
+                    let far = kinds[kind].wake.far_field();
+                    far.transport_time_s(depth_m, factor)
+                })
             };
+            let reach_of =
+                |kind: &usize| kinds[*kind].reach_m + lag_of(kind) * drone.airframe.max_speed_mps;
             let reach_m = kinds_of.iter().map(reach_of).fold(0.0, f64::max);
+            let lag_s = kinds_of.iter().map(lag_of).fold(0.0, f64::max);
             members.push(Member {
                 drone,
                 airframe,
                 kinds: kinds_of,
                 reach_m,
+                lag_s,
+                leaves_s: plan.leaves_s(drone),
             });
         }
         AirOfPlan {
@@ -153,12 +160,21 @@ impl<'a> AirOfPlan<'a> {
         // What hovers at the beginning has hovered before.
         let at_s = at_s.max(0.0);
         let (from_s, until_s) = member.drone.airborne_s;
-        if at_s < from_s || until_s.is_some_and(|until_s| at_s >= until_s) {
+        let has_left = member.leaves_s.is_some_and(|leaves_s| at_s > leaves_s);
+        if has_left || at_s < from_s || until_s.is_some_and(|until_s| at_s >= until_s) {
             return None;
         }
         let path = &member.drone.trajectory;
         let kind = *member.kinds.get(path.point_at(at_s).unwrap_or(0))?;
         Some((path.position_m(at_s)?, kind))
+    }
+
+    /// Where a drone that has left was last (m), for as long as its air may be under way.
+    fn left_m(&self, drone: usize, at_s: f64) -> Option<Point3<f64>> {
+        let member = &self.members[drone];
+        let gone_s = at_s - member.leaves_s?;
+        let last_m = member.drone.trajectory.position_m.last().copied();
+        last_m.filter(|_| gone_s <= member.lag_s)
     }
 
     /// The height on which a drone's wake ends at each moment (m); `None`: it makes none.
@@ -195,13 +211,14 @@ impl<'a> AirOfPlan<'a> {
             .collect();
         let at = |sample: &Sample| -> Vec<Met> {
             // By x: most of a large fleet is far away.
-            let mut sources: Vec<(f64, f64, usize)> = (0..self.members.len())
+            let mut sources: Vec<(Point3<f64>, f64, usize)> = (0..self.members.len())
                 .filter_map(|index| {
-                    let place_m = sample.position_m[index]?;
-                    Some((place_m.x, self.reach_m(index), index))
+                    let there_m = sample.position_m[index];
+                    let place_m = there_m.or_else(|| self.left_m(index, sample.t_s))?;
+                    Some((place_m, self.reach_m(index), index))
                 })
                 .collect();
-            sources.sort_by(|a, b| a.0.total_cmp(&b.0));
+            sources.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
             let widest_m = sources.iter().map(|it| it.1).fold(0.0, f64::max);
             let of = |index: usize| {
                 let Some((place_m, (discs, tips_m))) =
@@ -212,17 +229,14 @@ impl<'a> AirOfPlan<'a> {
                 if self.makes(index, sample.t_s).is_none() {
                     return Met::default();
                 }
-                let first = sources.partition_point(|it| it.0 < place_m.x - widest_m - tips_m);
+                let first = sources.partition_point(|it| it.0.x < place_m.x - widest_m - tips_m);
                 let near = sources[first..]
                     .iter()
-                    .take_while(|it| it.0 <= place_m.x + widest_m + tips_m);
+                    .take_while(|it| it.0.x <= place_m.x + widest_m + tips_m);
                 let near: Vec<(usize, Point3<f64>, Wake, f64)> = near
-                    .filter(|&&(_, reach_m, other)| {
-                        let other_m = sample.position_m[other];
-                        other != index
-                            && other_m.is_some_and(|other_m| {
-                                (other_m.xy() - place_m.xy()).norm() <= reach_m + tips_m
-                            })
+                    .filter(|&&(other_m, reach_m, other)| {
+                        let level_m = (other_m.xy() - place_m.xy()).norm();
+                        other != index && level_m <= reach_m + tips_m
                     })
                     .filter_map(|&(_, _, other)| {
                         let (from_m, wake, ends_z_m) = self.leaves(other, sample.t_s, place_m.z)?;
@@ -344,4 +358,33 @@ fn reach_m(wake: &Wake, depth_m: f64) -> f64 {
     (1..=16)
         .filter_map(level)
         .fold(wake.column_radius_m(), f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn air_is_met_that_left_before_its_drone_did_and_none_that_would_have_left_after() {
+        let text = r#"{"format": "plan/2", "scenario": "s", "bounds_m": {"min": [0,0,0], "max": [9,9,9]},
+            "quasi_static": false, "air_delay": {"convection": [1, 1]}, "drones": [
+            {"name": "low", "airframe": "kolibri", "trajectory": {"t_s": [0, 12], "position_m": [[5,5,1],[5,5,1]]}},
+            {"name": "up", "airframe": "matrice-300", "at_end": "leave",
+                "trajectory": {"t_s": [0, 6], "position_m": [[5,5,8],[5,5,8]]}}]}"#;
+        let mut plan = planner::plan::file::read(text).expect("a plan").plan;
+        // Also of one that is said to be in the air for good.
+        for airborne_s in [(0.0, Some(6.0)), (0.0, None)] {
+            plan.drones[1].airborne_s = airborne_s;
+            let air = AirOfPlan::new(&plan);
+            let wake = &air.kinds[air.kind(1, 0).expect("a wake")].wake;
+            let until_s = 6.0 + wake.far_field().transport_time_s(7.0, 1.0);
+            assert!(until_s > 6.5);
+            let samples = plan.sample(10.0);
+            for (sample, met) in samples.iter().zip(air.met(&samples)) {
+                let is_met = sample.t_s < until_s;
+                assert_eq!(met[0].air_mps > 1.0, is_met, "{} {until_s}", sample.t_s);
+                assert_eq!(met[0].from.len(), usize::from(is_met));
+            }
+        }
+    }
 }

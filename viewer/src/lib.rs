@@ -28,6 +28,7 @@ pub struct View<'a> {
     plan: &'a Plan,
     air: AirOfPlan<'a>,
     waits: Waits,
+    untold: usize,
 }
 
 impl<'a> View<'a> {
@@ -35,7 +36,17 @@ impl<'a> View<'a> {
     pub fn of(plan: &'a Plan, world: Option<&World>) -> View<'a> {
         let air = AirOfPlan::new(plan);
         let waits = Waits::of(plan, world, &air);
-        View { plan, air, waits }
+        View {
+            plan,
+            air,
+            waits,
+            untold: 0,
+        }
+    }
+
+    /// With so many violations more than the plan tells.
+    pub fn with_untold(self, untold: usize) -> View<'a> {
+        View { untold, ..self }
     }
 
     /// Where and for whom the fleet waits most.
@@ -45,8 +56,8 @@ impl<'a> View<'a> {
 
     /// The whole page as HTML, of the plan and of how it was flown.
     pub fn page(&self, flown: Option<&FlightReport>) -> String {
-        let View { plan, air, waits } = self;
-        let scene = Scene::new(plan, (air, waits), flown);
+        let mut scene = Scene::new(self.plan, (&self.air, &self.waits), flown);
+        scene.violation_count += self.untold;
         let data = serde_json::to_string(&scene).expect("a scene holds string keys alone");
         [
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -7,7 +7,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use flight::FlightReport;
 use flight::report::Paths;
-use planner::plan::{AtEnd, Bounds, Margins, Obstacle, Plan, Sample, Status, Zone};
+use planner::plan::{Bounds, Margins, Obstacle, Plan, Sample, Status, Zone};
 use serde::Serialize;
 
 use crate::air::AirOfPlan;
@@ -42,7 +42,7 @@ pub(crate) struct Scene<'a> {
     /// The first of them.
     violations: Vec<String>,
     /// How many there are in all.
-    violation_count: usize,
+    pub(crate) violation_count: usize,
     /// Each wake: levels of depth, radius, aside in x and y (m), delay (s).
     wakes: Vec<Vec<[f32; 5]>>,
     drones: Vec<Drone<'a>>,
@@ -221,7 +221,7 @@ impl<'a> Scene<'a> {
                     worst_air_at_s: drone.worst_air_at_s,
                     extra_energy_percent: drone.extra_energy_percent,
                     enters_s: drone.enters_s,
-                    leaves: drone.at_end == AtEnd::Leave,
+                    leaves: plan.leaves_s(drone).is_some(),
                     airborne_s: drone.airborne_s,
                     unplanned: unplanned.map(|it| &it.reason[..]),
                     c: path.control_m.iter().enumerate().map(control).collect(),

@@ -100,6 +100,13 @@ pub struct Claims {
 }
 
 impl Claims {
+    /// Whether the file says how the plan was judged: whether it is safe, and of each drone when it
+    /// arrives and what air it meets.
+    pub fn are_whole(&self) -> bool {
+        let is_judged = |it: &DroneClaims| it.arrives_s.is_some() && it.worst_air_mps.is_some();
+        self.status.is_some() && self.violations.is_some() && self.drones.iter().all(is_judged)
+    }
+
     /// Of a file of so many drones that states no results.
     pub(crate) fn of_none(drones: usize) -> Claims {
         Claims {
@@ -294,8 +301,9 @@ impl Plan {
         Ok(())
     }
 
-    /// Fills in what follows from the rest: masses, hover velocities, when drones are airborne, and
-    /// limits, of which `plan/1` knows none. Says what, and for how many drones.
+    /// Fills in what follows from the rest: masses, hover velocities, when drones are airborne and
+    /// when they arrive, and limits, of which `plan/1` knows none. Says what, and for how many
+    /// drones.
     fn complete(&mut self, claims: &Claims) -> Vec<(&'static str, usize)> {
         let mut filled: Vec<(&'static str, usize)> = Vec::new();
         let mut told = |key: &'static str| match filled.iter_mut().find(|(known, _)| *known == key)
@@ -315,6 +323,10 @@ impl Plan {
                 let is_unplanned = self.unplanned.iter().any(|it| it.name == drone.name);
                 drone.airborne_s = airborne_s(drone, is_unplanned);
                 told("airborne_s");
+            }
+            if stated.arrives_s.is_none() {
+                // A result, which no remark is made of; what reads a plan goes by it all the same.
+                drone.arrives_s = arrival_s(drone, None);
             }
             if stated.air_limit.is_none() {
                 told("air_limit");

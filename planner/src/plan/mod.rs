@@ -193,6 +193,13 @@ impl Plan {
         self.status == Status::Safe && self.violations.is_empty() && self.unplanned.is_empty()
     }
 
+    /// When one of its drones leaves (s); `None`: never, as one that is not planned.
+    pub fn leaves_s(&self, drone: &DronePlan) -> Option<f64> {
+        let stays =
+            drone.at_end != AtEnd::Leave || self.unplanned.iter().any(|it| it.name == drone.name);
+        drone.trajectory.t_s.last().copied().filter(|_| !stays)
+    }
+
     /// Where all drones are, `rate_hz` times a second (1/s) from time 0 to the end of the last
     /// motion, and once at or after it; nothing unless the rate is positive and finite.
     pub fn sample(&self, rate_hz: f64) -> Vec<Sample> {
@@ -201,16 +208,17 @@ impl Plan {
         }
         let last_s = |drone: &DronePlan| drone.trajectory.t_s.last().copied().unwrap_or(0.0);
         let end_s = self.drones.iter().map(last_s).fold(0.0, f64::max);
+        let leave_s: Vec<Option<f64>> = self.drones.iter().map(|it| self.leaves_s(it)).collect();
         let at = |k: u64| {
             let t_s = k as f64 / rate_hz;
-            let of = |drone: &DronePlan| {
+            let of = |(drone, leaves_s): (&DronePlan, &Option<f64>)| {
                 let comes = drone.enters_s.is_none_or(|enters_s| enters_s <= t_s);
-                let is_there = comes && (drone.at_end != AtEnd::Leave || t_s <= last_s(drone));
+                let is_there = comes && leaves_s.is_none_or(|leaves_s| t_s <= leaves_s);
                 drone.trajectory.position_m(t_s).filter(|_| is_there)
             };
             Sample {
                 t_s,
-                position_m: self.drones.iter().map(of).collect(),
+                position_m: self.drones.iter().zip(&leave_s).map(of).collect(),
             }
         };
         (0..=(end_s * rate_hz).ceil() as u64).map(at).collect()

@@ -24,7 +24,7 @@ use super::source::Value;
 use super::world::{Vehicle, World};
 use super::written::{self, At, Bounds, Written};
 use super::{Files, meaning, read};
-use crate::plan::file::{Claims, PlanFile};
+use crate::plan::file::{Claims, PlanFile, arrival_s};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan};
 
@@ -123,7 +123,10 @@ impl FleetFile {
 }
 
 /// What these fly, as a plan to judge: a log or a show says where drones are, not what they keep.
-pub(super) fn as_plan(world: &World, drones: Vec<DronePlan>, remarks: Vec<String>) -> PlanFile {
+pub(super) fn as_plan(world: &World, mut drones: Vec<DronePlan>, remarks: Vec<String>) -> PlanFile {
+    for drone in &mut drones {
+        drone.arrives_s = arrival_s(drone, None);
+    }
     PlanFile {
         claims: Claims::of_none(drones.len()),
         plan: Plan {

@@ -275,9 +275,7 @@ impl Tally {
                 "flown in closed loop: {} drones, {} touch another, {} an obstacle, {} over their limit of air; off the plan by {:.2} m at most",
                 it.flown, it.touching, it.in_obstacles, it.over_limit, it.tracking_max_m
             ));
-            let touching = drones
-                .iter()
-                .filter(|it| it.least_gap_m.is_some_and(|gap_m| gap_m < 0.0));
+            let touching = drones.iter().filter(|it| it.touches());
             for it in touching.take(MOST_TOLD) {
                 lines.push(format!(
                     "  {} touches {} at {:.1} s, {:.2} m deep",

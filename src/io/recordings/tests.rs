@@ -99,6 +99,21 @@ fn all_problems_of_all_files_are_printed_at_once_each_at_its_place() {
 }
 
 #[test]
+fn a_flight_of_several_logs_is_not_named_after_a_path() {
+    let joined = "joined: { \"../x\": { \"v\": \"a\" } },\n)";
+    let campaign = CAMPAIGN_RON.replace("\n)", &format!("\n    {joined}"));
+    let folder = folder(&[
+        ("campaign.ron", campaign.as_bytes()),
+        ("a.csv", LOG.as_bytes()),
+    ]);
+    let said = said(read_all(&[folder.path().to_owned()], None));
+    assert!(
+        said.contains("flight `../x` has the name of a path"),
+        "{said}"
+    );
+}
+
+#[test]
 fn what_is_no_recording_is_said_with_the_way_out() {
     let folder = folder(&[
         ("a.csv", LOG.as_bytes()),

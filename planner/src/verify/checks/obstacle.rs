@@ -17,11 +17,11 @@ use crate::verify::violation::{Found, Worst};
 
 /// How deep two bodies may sink into one another before it counts (m), chosen here: the files carry
 /// rounded numbers.
-pub(crate) const TOUCH_M: f64 = 1e-3;
+pub const TOUCH_M: f64 = 1e-3;
 
 /// The same into a solid (m), chosen here: what stands on a surface touches it, and a scenario may
 /// have it half a centimetre too low.
-const SINK_M: f64 = 5e-3;
+pub const SINK_M: f64 = 5e-3;
 
 /// A path this short is judged by its middle (m): half of the depth allowed.
 const SHORTEST_PATH_M: f64 = 0.5 * TOUCH_M;
