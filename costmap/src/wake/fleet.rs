@@ -683,7 +683,8 @@ impl Fleet {
 
     /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies
     /// touch, in a column, or where one wake alone fills more than a share of the other's budget at
-    /// its air limit: one share quasi-static, another at any convective delay. Kinds with air limits.
+    /// its air limit: one share quasi-static, another at any convective delay. Kinds with air
+    /// limits.
     pub fn keep_out(
         &self,
         [first, second]: [(KindId, f64); 2],

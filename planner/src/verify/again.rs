@@ -3,8 +3,8 @@
 //!
 //! What is found of a drone depends on its own flight, on the flights near it ([`encounters_of`])
 //! and on what is the same for the whole plan. After the last time all rest: more rest after it
-//! changes nothing. Another flight matters up to the end of the last encounter with it, advected air
-//! included; from when on it is another is told by the last break point that both have.
+//! changes nothing. Another flight matters up to the end of the last encounter with it, advected
+//! air included; from when on it is another is told by the last break point that both have.
 
 use std::sync::Arc;
 

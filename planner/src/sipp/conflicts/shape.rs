@@ -64,8 +64,8 @@ pub(super) struct Extent {
     pub(super) bodies: i32,
 }
 
-/// The longest convective delay of the air of two classes \(ticks\), by depth (cells): of the first, which moves, and
-/// of the second.
+/// The longest convective delay of the air of two classes (ticks), by depth (cells): of the first,
+/// which moves, and of the second.
 #[derive(Debug)]
 pub(super) struct ConvectiveDelays {
     carriers: [Carrier; 2],
