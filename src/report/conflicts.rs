@@ -2,7 +2,7 @@
 //! change that mends it.
 
 use nalgebra::Point3;
-use planner::plan::cause::Exclusion;
+use planner::plan::cause::{Exclusion, told_apart};
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use planner::scenario::world::{AtEnd, Drone, World};
 use serde::Serialize;
@@ -95,21 +95,27 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
             alpha,
             limit,
             ..
-        } => (
-            format!("`{name}` {verb} in the downwash of `{with}`"),
-            format!(
-                "{at} is {below}: {air_mps:.1} m/s of downwash, alpha {alpha:.2}, its limit is {limit:.2}"
-            ),
-        ),
-        Exclusion::Zone { air_mps, limit_mps } => (
-            match is_inside(conflict.blocker, &here, world) {
-                true => format!("`{name}` {verb} in zone `{with}`"),
-                false => format!("`{name}` {verb} above zone `{with}`"),
-            },
-            format!(
-                "{at}: its downwash there reaches {air_mps:.1} m/s, the limit is {limit_mps:.1} m/s"
-            ),
-        ),
+        } => {
+            let [alpha, limit] = told_apart(alpha, limit, 2);
+            (
+                format!("`{name}` {verb} in the downwash of `{with}`"),
+                format!(
+                    "{at} is {below}: {air_mps:.1} m/s of downwash, alpha {alpha}, its limit is {limit}"
+                ),
+            )
+        }
+        Exclusion::Zone { air_mps, limit_mps } => {
+            let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
+            (
+                match is_inside(conflict.blocker, &here, world) {
+                    true => format!("`{name}` {verb} in zone `{with}`"),
+                    false => format!("`{name}` {verb} above zone `{with}`"),
+                },
+                format!(
+                    "{at}: its downwash there reaches {air_mps} m/s, the limit is {limit_mps} m/s"
+                ),
+            )
+        }
     };
     let fix = conflict.nearest_fix_m.map(|to| step(name, &here, &to));
     let rule = match conflict.why {

@@ -385,6 +385,14 @@ impl Crowding {
     }
 }
 
+/// What is too much, and its limit, with so many decimals; with more where they read alike.
+pub fn told_apart(value: f64, limit: f64, decimals: usize) -> [String; 2] {
+    let told = |decimals: usize| [value, limit].map(|it| format!("{it:.decimals$}"));
+    let mut finer = (decimals..decimals + 3).map(told);
+    let apart = finer.find(|[value, limit]| value != limit);
+    apart.unwrap_or_else(|| told(decimals + 3))
+}
+
 /// A place as sentences write it, to the centimetre.
 fn place(point_m: &Point3<f64>) -> String {
     format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
@@ -516,21 +524,25 @@ impl fmt::Display for GoalConflict {
                 limit,
                 enough,
             } => {
+                let [alpha, limit] = told_apart(alpha, limit, 2);
                 write!(
                     f,
                     "{of} of `{drone}` is in the downwash of {with}{when}: {air_mps:.1} m/s, \
-                     alpha {alpha:.2}, its limit is {limit:.2}"
+                     alpha {alpha}, its limit is {limit}"
                 )?;
                 match enough {
                     Some(enough) => write!(f, " (with air_limit: {enough:.2} it is planned)"),
                     None => Ok(()),
                 }
             }
-            Exclusion::Zone { air_mps, limit_mps } => write!(
-                f,
-                "downwash from the goal of `{drone}` reaches {air_mps:.1} m/s in {with}, \
-                 which allows {limit_mps:.1} m/s"
-            ),
+            Exclusion::Zone { air_mps, limit_mps } => {
+                let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
+                write!(
+                    f,
+                    "downwash from the goal of `{drone}` reaches {air_mps} m/s in {with}, \
+                     which allows {limit_mps} m/s"
+                )
+            }
         }?;
         match &self.nearest_fix_m {
             Some(fix_m) => write!(f, "; move `{drone}`'s {place} to {}", self::place(fix_m)),
@@ -580,5 +592,17 @@ impl fmt::Display for Exposure {
             ),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told_apart;
+
+    #[test]
+    fn what_is_too_much_never_reads_as_its_limit() {
+        assert_eq!(told_apart(1.52, 1.3, 1), ["1.5", "1.3"]);
+        assert_eq!(told_apart(0.849, 0.7897, 1), ["0.85", "0.79"]);
+        assert_eq!(told_apart(0.301, 0.3, 2), ["0.301", "0.300"]);
     }
 }
