@@ -70,14 +70,24 @@ impl ReadError {
 
 /// A table of numbers below its first line.
 struct Table {
-    /// Their lines, and as many values as columns.
+    /// Their lines, and the values of the columns that are read.
     rows: Vec<(u64, Vec<f64>)>,
     /// Of rows that are left out.
     faults: RowFaults,
 }
 
-/// The rows of a table of numbers, with so many columns.
-fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
+/// How many columns a header has; one without a name at its end is what a last comma leaves.
+fn columns(header: &str) -> usize {
+    let header = header.trim_end();
+    header
+        .strip_suffix(',')
+        .unwrap_or(header)
+        .split(',')
+        .count()
+}
+
+/// The rows of a table with so many columns, of which the first so many are read: numbers.
+fn table(text: &str, columns: usize, read: usize) -> Result<Table, ReadError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(true)
         .flexible(true)
@@ -91,13 +101,14 @@ fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
             ReadError::line(line, error.to_string())
         })?;
         let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != columns {
+        let ends_in_comma = record.len() == columns + 1 && record.get(columns) == Some("");
+        if record.len() != columns && !ends_in_comma {
             let what = format!("{} columns, {columns} expected", record.len());
             faults.add(line, what);
             continue;
         }
-        let mut row = Vec::with_capacity(columns);
-        for (column, cell) in record.iter().enumerate() {
+        let mut row = Vec::with_capacity(read);
+        for (column, cell) in record.iter().enumerate().take(read) {
             match cell.parse::<f64>().ok().filter(|value| value.is_finite()) {
                 Some(value) => row.push(value),
                 None => {
@@ -106,7 +117,7 @@ fn table(text: &str, columns: usize) -> Result<Table, ReadError> {
                 }
             }
         }
-        if row.len() == columns {
+        if row.len() == read {
             rows.push((line, row));
         }
     }

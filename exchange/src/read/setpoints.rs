@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ReadError, Table, table};
+use super::{ReadError, Table, columns, table};
 use crate::flown::Flown;
 use crate::frame::{Axes, Frame};
 
@@ -35,7 +35,7 @@ pub fn read(text: &str, heading_deg: f64, from_m: Point3<f64>) -> Result<Flown, 
         heading_deg,
     };
     let header = text.lines().next().unwrap_or_default();
-    let Table { rows, mut faults } = table(text, header.split(',').count())?;
+    let Table { rows, mut faults } = table(text, columns(header), 4)?;
     let rows = rows.into_iter().map(|(line, row)| {
         let seen_m = Vector3::new(row[1], row[2], row[3]);
         (line, row[0], from_m + frame.to_world(seen_m))

@@ -3,7 +3,7 @@
 
 use nalgebra::Point3;
 
-use super::{ReadError, Table, table};
+use super::{ReadError, Table, columns, table};
 use crate::flown::Flown;
 
 /// Whether a first line is that of such a table: its first cell alone says so, as Studio's own
@@ -21,12 +21,12 @@ pub fn is_header(line: &str) -> bool {
 ///
 /// All that is wrong, each at its line.
 pub fn read(text: &str) -> Result<Flown, ReadError> {
-    let columns = text.lines().next().unwrap_or_default().split(',').count();
+    let columns = columns(text.lines().next().unwrap_or_default());
     if columns < 4 {
         let what = format!("{columns} columns; Time_msec,X_m,Y_m,Z_m are needed");
         return Err(ReadError::line(1, what));
     }
-    let Table { rows, mut faults } = table(text, columns)?;
+    let Table { rows, mut faults } = table(text, columns, 4)?;
     let rows = rows.into_iter().map(|(line, row)| {
         let at_m = Point3::new(row[1], row[2], row[3]);
         (line, row[0] / 1000.0, at_m)

@@ -14,7 +14,7 @@ const COLUMNS: usize = 33;
 pub fn read(text: &str) -> Result<Flown, ReadError> {
     let mut flown = Flown::default();
     let mut now_s = 0.0;
-    let Table { rows, mut faults } = table(text, COLUMNS)?;
+    let Table { rows, mut faults } = table(text, COLUMNS, COLUMNS)?;
     for (line, row) in rows {
         let duration_s = row[0];
         if duration_s <= 0.0 {
