@@ -95,7 +95,7 @@ impl Events {
         let mut ahead = VecDeque::from([Bytes::from_static(b"retry: 1000\n\n")]);
         match last {
             Some(last) if inner.name.as_deref() != Some(last) => {
-                let known = inner.kept.iter().position(|(name, _)| name == last);
+                let known = inner.kept.iter().rposition(|(name, _)| name == last);
                 match known {
                     Some(index) => {
                         let since = inner.kept.iter().skip(index + 1);
@@ -215,6 +215,24 @@ mod tests {
             let again = events.listen(Some(name));
             assert_eq!(again.ahead.len(), 1 + 200 - MOST_BEHIND);
         });
+    }
+
+    #[test]
+    fn of_events_of_one_name_the_last_is_meant() {
+        let runtime = tokio::runtime::Builder::new_current_thread();
+        let runtime = { runtime }.enable_time().build().unwrap();
+        let _entered = runtime.enter();
+        let events = Events::default();
+        let opened = Event::Opened(At { revision: Some(1) });
+        // The same plan is opened, closed, and opened again.
+        events.publish("", &opened);
+        let name = events.lock().name.clone();
+        events.publish("", &Event::Closed(Closed { closed: 1 }));
+        events.publish("", &opened);
+        assert_eq!(events.lock().name, name);
+        events.publish("", &Event::Closed(Closed { closed: 1 }));
+        // How to come back, and what came after the second.
+        assert_eq!(events.listen(name.as_deref()).ahead.len(), 2);
     }
 
     #[test]
