@@ -15,6 +15,7 @@ use crate::flown::Flown;
 use crate::frame::{Axes, Frame, Georeference, HEADING_DEFAULT_DEG};
 use crate::kept::{self, Kept};
 use crate::read::{self, ReadError};
+use crate::standing;
 use crate::untimed::{self, Untimed};
 use crate::write::mission::{self, Mission};
 use crate::write::{compressed, crazyswarm, czml, mcap, setpoints, skyb, skyc};
@@ -316,6 +317,9 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
             write_qgc(plan, (&courses, &stems), &georeference, (options, untimed))
         }
     };
+    if to.is_flown() {
+        written.refused.extend(standing::refusals(plan));
+    }
     if !written.refused.is_empty() {
         return Err(ExportError::Refused(written.refused));
     }

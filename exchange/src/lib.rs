@@ -9,7 +9,8 @@
 //! pieces, which the writers take; [`mod@write`]: one file a format; [`flown`]: what readers give,
 //! polynomials in time; [`kept`]: what a show says
 //! beside them; [`read`]: one file a format; [`deviation`]: both, compared; [`untimed`]:
-//! what becomes of a plan whose times a format does not hold.
+//! what becomes of a plan whose times a format does not hold; `standing`: and of one whose drones
+//! come or leave.
 //!
 //! World frame: metres, z up; seconds from the plan's beginning.
 
@@ -22,6 +23,7 @@ pub mod import;
 pub mod kept;
 pub mod lights;
 pub mod read;
+mod standing;
 pub mod untimed;
 pub mod write;
 

@@ -12,7 +12,7 @@ use planner::plan::{self, TrajectoryEntry, Violation};
 use planner::replan::change::{self as planned, ChangeError};
 use planner::replan::rolling::Replanned;
 use planner::scenario::limits::BUSY_S;
-use planner::scenario::world;
+use planner::scenario::{missing_in_flight, world};
 use planner::{Control, Outcome, Problems, Running};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -171,7 +171,7 @@ impl Service {
                     plan: Some(plan),
                     time_limit_s: None,
                 };
-                self.open(Params::of(open), &|| 0.0).map_err(told)?;
+                self.open(Params::of(open), &|| 0.0, true).map_err(told)?;
                 self.flown().map_err(told)?.is_replayed = true;
                 Ok(None)
             }
@@ -240,7 +240,7 @@ impl Service {
             Some(_) => refused(Code::Field, "params", "`params`: this method takes none"),
         };
         match &method[..] {
-            "open" => self.open(read(given(params)?, "Open", "params")?, elapsed_s),
+            "open" => self.open(read(given(params)?, "Open", "params")?, elapsed_s, false),
             "change" => self.change(read(given(params)?, "Change", "params")?, elapsed_s),
             "state" => self.state(read(given(params)?, "State", "params")?, elapsed_s),
             "land_all" => self.land_all(read(given(params)?, "LandAll", "params")?, elapsed_s),
@@ -272,6 +272,7 @@ impl Service {
         &mut self,
         asked: Params<Open>,
         elapsed_s: &(dyn Fn() -> f64 + Sync),
+        is_replay: bool,
     ) -> Result<Done, Refusals> {
         if self.flown.is_some() {
             return refused(
@@ -285,7 +286,13 @@ impl Service {
         let (open, world) = asked.with(world)?;
         let limit = Limit::new(open.time_limit_s, elapsed_s);
         let plan = match &open.plan {
-            Some(given) => taken_over(given)?,
+            Some(given) => {
+                let plan = taken_over(given)?;
+                if !is_replay {
+                    answers(&plan, &world)?;
+                }
+                plan
+            }
             None => planned_anew(&world, &limit)?,
         };
         let running = Running::new(world, plan)
@@ -555,7 +562,10 @@ impl FlownPlan {
             let changes = landings.changes();
             if changes.is_empty() {
                 let message = match &landings.without()[..] {
-                    [] if landings.are_under_way() => return Ok((self.unchanged(at_s), None)),
+                    [] if landings.are_under_way() => {
+                        self.tell(at_s);
+                        return Ok((self.unchanged(at_s), None));
+                    }
                     [] => "no drone flies".to_owned(),
                     drones => format!("there is no place to land for {}", drones.join(", ")),
                 };
@@ -962,6 +972,19 @@ fn taken_over(given: &Value) -> Result<planner::Plan, Refusals> {
     } else {
         Err(wrong)
     }
+}
+
+/// Whether a plan is one of this scenario: what is changed later goes by the scenario.
+fn answers(plan: &planner::Plan, world: &planner::World) -> Result<(), Refusals> {
+    let missing = missing_in_flight(world, plan);
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let what = "the plan is none of this scenario, or was changed in flight: send a scenario that \
+                says what is flown by now";
+    let told = std::iter::once(what.to_owned()).chain(missing);
+    let told = told.map(|it| refusal(Code::Plan, "params.plan", it));
+    Err(told.collect())
 }
 
 /// Violations of a plan that are told: chosen here, a screen's worth.

@@ -343,6 +343,40 @@ fn what_is_looked_at_shows_drones_that_come_and_leave_and_what_is_flown_says_tha
     }
 }
 
+#[test]
+fn drones_that_come_or_leave_and_would_stand_in_others_way_are_refused_by_name() {
+    // One leaves where the other comes to later; a third comes where the first has flown.
+    let meets = |far: f64| {
+        let first = json!({"t_s": [0, 3], "position_m": [[2, 2, 2], [5, 2, 2]]});
+        let second =
+            json!({"t_s": [0, 2, 6], "position_m": [[5, 8, 2], [5, 8, 2], [5, 2.0 + far, 2]]});
+        let third =
+            json!({"t_s": [9, 12], "position_m": [[3.5, 2.0 + far, 2], [3.5, 2.0 + far, 2]]});
+        let mut plan = fleet(&[("first", first), ("second", second), ("third", third)]);
+        plan["drones"][0]["at_end"] = "leave".into();
+        plan["drones"][2]["enters_s"] = 9.into();
+        plan
+    };
+    let desk = desk(&meets(0.0));
+    let line = "export plan.json --to setpoints --out o";
+    let (code, told, errors) = run(desk.path(), line);
+    assert_eq!(code, Some(1), "{told}");
+    assert!(
+        errors.contains("`first`: in files that are flown"),
+        "{errors}"
+    );
+    assert!(
+        errors.contains("`third`: in files that are flown"),
+        "{errors}"
+    );
+    assert!(!errors.contains("`second`: ") && !desk.path().join("o").exists());
+    let (code, _, errors) = run(desk.path(), "export plan.json --to mcap --out m");
+    assert_eq!(code, Some(0), "{errors}");
+    fs::write(desk.path().join("plan.json"), meets(2.0).to_string()).unwrap();
+    let (code, _, errors) = run(desk.path(), line);
+    assert_eq!(code, Some(0), "{errors}");
+}
+
 /// To and fro along x, so many times a second each.
 fn zigzag(pieces: usize, from_m: f64) -> Value {
     let at = |k: usize| [from_m + (k % 2) as f64 * 0.5, 3.0, 2.0];

@@ -124,6 +124,40 @@ fn what_is_exported_is_judged_as_it_was_when_it_comes_back() {
 }
 
 /// A zip of JSON files.
+#[test]
+fn tables_are_read_as_other_programs_write_them() {
+    let desk = tempfile::tempdir().unwrap();
+    // Crazyswarm's tables end each line in a comma.
+    let coefficients = |axis: &str| (0..8).map(|k| format!("{axis}^{k},")).collect::<String>();
+    let header: String = ["x", "y", "z", "yaw"]
+        .into_iter()
+        .map(coefficients)
+        .collect();
+    let at = |value: f64| format!("{value},{}", "0,".repeat(7));
+    let row = format!("2,{}{}{}{}", at(1.0), at(2.0), at(3.0), at(0.0));
+    let tables = [
+        ("swarm.csv", format!("Duration,{header}\n{row}\n{row}\n")),
+        (
+            "told.csv",
+            "t_s,x_m,y_m,z_m,note\n0,1,2,3,\n4,1,2,3,\"here, still\"\n".to_owned(),
+        ),
+        (
+            "shown.csv",
+            "Time_msec,X_m,Y_m,Z_m,Color\n0,1,2,3,#ff0000\n4000,1,2,3,red\n".to_owned(),
+        ),
+    ];
+    for (name, text) in tables {
+        fs::write(desk.path().join(name), text).unwrap();
+        assert_eq!(judged(desk.path(), name).0, Some(0), "{name}");
+    }
+    // A cell that is missing is still told.
+    let short = "t_s,x_m,y_m,z_m,note\n0,1,2,3\n4,1,2,3,x\n";
+    fs::write(desk.path().join("short.csv"), short).unwrap();
+    let (code, _, errors) = run(desk.path(), "check short.csv --airframe crazyflie-2.1");
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("4 columns, 5 expected"), "{errors}");
+}
+
 fn zip(files: &[(&str, Value)]) -> Vec<u8> {
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, value) in files {

@@ -78,9 +78,17 @@ impl Change {
     }
 }
 
+/// What follows a drone's name in that of its wreck.
+const WRECK: &str = " (wreck)";
+
 /// The name of what lies where a drone came down.
 pub fn wreck_of(drone: &str) -> String {
-    format!("{drone} (wreck)")
+    format!("{drone}{WRECK}")
+}
+
+/// Whether a name is that of what lies where a drone came down.
+fn is_wreck(name: &str) -> bool {
+    name.ends_with(WRECK)
 }
 
 /// What is wrong with a change, or with the moment.
@@ -185,7 +193,7 @@ pub(super) fn problems(
         }
         let index = world.drones.iter().position(|drone| drone.name == name);
         match (change, index) {
-            (Change::Added(_), Some(index)) if !is_fixed(index) => {
+            (Change::Added(_), Some(index)) if !is_fixed(index) || is_wreck(name) => {
                 found.push(ChangeError::Known(name.to_owned()))
             }
             (Change::Added(drone), _) => {

@@ -295,14 +295,17 @@ impl Running {
         self.tracks[drone].is_there(&self.job.roadmap, at)
     }
 
-    /// Where a drone, by its index in the plan, stands on the ground at a time (s), if it does (m),
-    /// and whether it takes off again.
+    /// Where a drone, by its index in the plan, stands on the ground at a time (s), if it does and
+    /// can be kept there (m), and whether it takes off again.
     pub fn on_ground(&self, drone: usize, at_s: f64) -> Option<(Point3<f64>, bool)> {
         let at = Tick(Tick::lasting(at_s));
         let track = &self.tracks[drone];
         let now = (track.legs.iter()).position(|leg| leg.start <= at && at < leg.end)?;
-        let takes_off = track.legs[now..].iter().any(|leg| leg.flying);
-        (!track.legs[now].flying).then(|| (track.legs[now].from_m, takes_off))
+        let rises = track.legs[now..].iter().find(|leg| leg.flying);
+        // What it flies until then is settled.
+        let settled = at.after(track.agent.lead_ticks());
+        let stays = !track.legs[now].flying && rises.is_none_or(|leg| settled <= leg.start);
+        stays.then(|| (track.legs[now].from_m, rises.is_some()))
     }
 
     /// Takes note of what drones of other planners fly from a moment on, each by its whole
@@ -401,6 +404,7 @@ impl Running {
                     kinds.mass_kg(leg.kind)
                 });
                 stay_until(&mut entry.trajectory, entry.arrives_s);
+                entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
                 let left = track.agent.waypoints.len();
                 let tasks = &mut self.world.drones[index].tasks;
                 tasks.drain(..tasks.len().saturating_sub(left));
@@ -423,14 +427,14 @@ impl Running {
                 }
             }
         }
-        let violations = &mut self.plan.violations;
-        violations.retain(|it| it.matters_from(before.seconds()));
         self.forget_kinds();
         let flown = self.world.drones.iter().zip(&self.plan.drones);
         let fixed = flown.zip(&self.tracks).filter(|(_, track)| track.is_fixed);
         let astray_m = fixed.map(|((drone, entry), _)| astray_m(drone, entry));
         self.job.others_astray_m = astray_m.fold(0.0, f64::max);
         self.fill_costmap();
+        // What is told of it follows from what is left.
+        self.judge();
     }
 
     /// Drops vehicles and masses that are not flown any more, nor will be.
@@ -700,10 +704,7 @@ impl Turn<'_> {
                 self.retask(index, tasks, at_end);
             }
             (Change::Landed { over_m, .. }, Some(index)) => {
-                // On the ground there is no way down.
-                let at_end = over_m.map_or(AtEnd::Hover, |_| AtEnd::Land);
-                self.retask(index, &change::landing(*over_m), at_end);
-                self.running.world.drones[index].at_end = AtEnd::Land;
+                self.retask(index, &change::landing(*over_m), AtEnd::Land);
             }
             (Change::Removed { .. }, Some(index)) => self.remove(index, Cause::Removed),
             (Change::Failed { lies_m, .. }, Some(index)) => {
@@ -838,7 +839,9 @@ impl Turn<'_> {
         track.fall_behind(roadmap, at, by);
         let settled = track.state(roadmap, at) == State::Ends;
         let entry = &mut self.running.plan.drones[index];
-        entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
+        if entry.arrives_s > was.seconds() {
+            entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
+        }
         self.ask(index, Cause::Late, settled, None);
     }
 
@@ -903,16 +906,23 @@ impl Turn<'_> {
         let kind = last.map_or(track.agent.kinds[0], |leg| leg.kind);
         let drone = self.running.world.drones[index].clone();
         let before = (track.clone(), drone.clone());
-        // It comes to rest before it sinks.
-        let rest = match tasks.is_empty() && at_end == AtEnd::Land && !grounded {
-            true => change::landing(Some(at_m)),
-            false => Vec::new(),
+        // It comes to rest before it sinks or leaves.
+        let rest = match at_end {
+            AtEnd::Land | AtEnd::Leave if tasks.is_empty() && !grounded => {
+                change::landing(Some(at_m))
+            }
+            _ => Vec::new(),
         };
         let tasks = if rest.is_empty() { tasks } else { &rest };
+        // On the ground there is no way down.
+        let ends = match at_end {
+            AtEnd::Land if tasks.is_empty() => AtEnd::Hover,
+            _ => at_end,
+        };
         let known = track.vertex_at(roadmap, &at_m);
         let start = known.unwrap_or_else(|| self.start(&drone, at_m, grounded));
         self.running.world.drones[index].tasks = tasks.to_vec();
-        self.running.world.drones[index].at_end = at_end;
+        self.running.world.drones[index].at_end = ends;
         let agent = Agent {
             departs,
             begun,
@@ -920,6 +930,7 @@ impl Turn<'_> {
             is_sent: true,
             ..self.agent(index, start, kind, tasks)
         };
+        self.running.world.drones[index].at_end = at_end;
         let stay = agent.stays_from_departure(&self.running.job.roadmap);
         let track = &mut self.running.tracks[index];
         track.agent = agent;
@@ -1284,6 +1295,10 @@ impl Turn<'_> {
                             plan.unplanned.push(out.clone());
                         }
                         told.refused.push(out);
+                    }
+                    if !track.is_fixed {
+                        stay_until(&mut entry.trajectory, entry.arrives_s);
+                        entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
                     }
                     if cause == Some(Cause::Retasked) && !stops {
                         continue;

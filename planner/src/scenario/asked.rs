@@ -21,6 +21,16 @@ const ROUNDING: f64 = 1e-6;
 /// What a scenario asks for and a plan does not have, as sentences; empty where it answers the
 /// scenario.
 pub fn missing(world: &World, plan: &Plan) -> Vec<String> {
+    held(world, plan, false)
+}
+
+/// The same of a plan that is being flown: since when each drone is known, and which have no path,
+/// is as the plan says.
+pub fn missing_in_flight(world: &World, plan: &Plan) -> Vec<String> {
+    held(world, plan, true)
+}
+
+fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     let mut missing = of_place(world, plan);
     for drone in &world.drones {
         let entry = plan.drones.iter().find(|it| it.name == drone.name);
@@ -28,7 +38,7 @@ pub fn missing(world: &World, plan: &Plan) -> Vec<String> {
             missing.push(format!("`{}` is not in the plan", drone.name));
             continue;
         };
-        let faults = of_drone(drone, entry, (world, plan));
+        let faults = of_drone(drone, entry, (world, plan, in_flight));
         missing.extend(
             faults
                 .into_iter()
@@ -185,7 +195,11 @@ fn same_shape(a: &Solid, b: &Solid) -> bool {
 }
 
 /// The airframe, its limits, both ends and the tasks of one drone.
-fn of_drone(drone: &Drone, entry: &DronePlan, (world, plan): (&World, &Plan)) -> Vec<String> {
+fn of_drone(
+    drone: &Drone,
+    entry: &DronePlan,
+    (world, plan, in_flight): (&World, &Plan, bool),
+) -> Vec<String> {
     let mut missing = Vec::new();
     let (asked, flown) = (&drone.vehicle, &entry.airframe);
     let airframe = &asked.airframe;
@@ -250,7 +264,8 @@ fn of_drone(drone: &Drone, entry: &DronePlan, (world, plan): (&World, &Plan)) ->
     if first_m.is_none_or(|it| (it - drone.start_m).norm() > THERE_M) {
         missing.push("it starts at another place".to_owned());
     }
-    if let Some(enters_s) = entry.enters_s.filter(|it| *it > SHORT_S) {
+    let comes_later = |it: &f64| !in_flight && *it > SHORT_S;
+    if let Some(enters_s) = entry.enters_s.filter(comes_later) {
         missing.push(format!(
             "it is there from {enters_s:.2} s on alone (`enters_s`: it comes then, or what it flew \
              before was dropped), in the scenario from 0 s on"
@@ -266,7 +281,7 @@ fn of_drone(drone: &Drone, entry: &DronePlan, (world, plan): (&World, &Plan)) ->
         missing.push("it may turn in no time, the scenario's motion is Smooth".to_owned());
     }
     if plan.unplanned.iter().any(|it| it.name == drone.name) {
-        missing.push("it is unplanned".to_owned());
+        missing.extend((!in_flight).then(|| "it is unplanned".to_owned()));
         return missing;
     }
     if entry.at_end != drone.at_end {

@@ -43,7 +43,7 @@ mod source;
 mod tokens;
 mod written;
 
-pub use asked::{dwells, missing};
+pub use asked::{dwells, missing, missing_in_flight};
 pub use check::WorldError;
 pub use flown::{FlownError, Samples, read_samples, samples_as_plan};
 pub use intended::{DroneFault, Intended, IntendedError, intended_as_plan};

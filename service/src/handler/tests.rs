@@ -3,6 +3,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
+use planner::plan::AtEnd;
 use serde_json::{Value, json};
 
 use super::{Handled, Service};
@@ -515,6 +516,92 @@ fn a_plan_that_is_handed_in_is_verified() {
     assert_eq!(taken.error, None);
 }
 
+/// All that is wrong with a plan and a scenario that are handed in.
+fn wrong_with(scenario: &str, plan: &Value) -> Vec<(Code, String)> {
+    let params = json!({"scenario": scenario, "plan": plan});
+    let open = json!({"method": "open", "params": params});
+    let error = tell(&mut Service::default(), &open).answer.error;
+    let also = error.iter().flat_map(|it| &it.also);
+    let all = error.iter().chain(also);
+    all.map(|it| (it.code, it.message.clone())).collect()
+}
+
+#[test]
+fn a_plan_of_another_scenario_is_refused_with_all_that_it_does_not_answer() {
+    let mut service = opened();
+    let told = tell(&mut service, &json!({"method": "plan"})).answer;
+    let plan = serde_json::to_value(told.result.unwrap()).unwrap()["plan"].take();
+    assert_eq!(wrong_with(PAIR, &plan), []);
+    let shelf = r#"obstacles: [(name: "shelf", min_m: (9, 1, 0), max_m: (11, 4, 3))], drones: ["#;
+    let other = PAIR.replace("drones: [", shelf);
+    let other = other.replace("to_m: (2.5, 8.5, 1.5)", "to_m: (2.5, 6.5, 1.5)");
+    let wrong = wrong_with(&other, &plan);
+    assert!(wrong.iter().all(|(code, _)| *code == Code::Plan));
+    let [what, shelf, goal] = &wrong[..] else {
+        panic!("{wrong:?}")
+    };
+    assert!(
+        what.1
+            .contains("none of this scenario, or was changed in flight")
+    );
+    assert!(shelf.1.contains("obstacle `shelf` is not in the plan"));
+    assert!(
+        goal.1
+            .starts_with("`right`: task 1 at (2.50, 6.50, 1.50) is not reached")
+    );
+}
+
+#[test]
+fn a_plan_that_was_changed_in_flight_is_taken_over_with_a_scenario_that_says_what_is_flown() {
+    let mut service = opened();
+    let tasks = json!([{"to_m": [12.5, 5.5, 3.0]}]);
+    let retask = json!({"retask": {"drone": "right", "tasks": tasks}});
+    let requests = [
+        change(1, 3.0, &json!([third(), retask])),
+        // By then what was flown at first is dropped.
+        change(2, 90.0, &json!([{"late": {"drone": "left", "by_s": 1}}])),
+        change(
+            3,
+            120.0,
+            &json!([
+                {"retask": {"drone": "left", "tasks": [{"to_m": [18.5, 2.5, 1.5]}]}},
+                {"fail": {"drone": "third"}},
+            ]),
+        ),
+    ];
+    for request in &requests {
+        assert_eq!(tell(&mut service, request).answer.error, None);
+    }
+    let told = tell(&mut service, &json!({"method": "plan"})).answer;
+    let plan = serde_json::to_value(told.result.unwrap()).unwrap()["plan"].take();
+    assert!(plan["drones"][0]["enters_s"].as_f64() > Some(0.0));
+    assert!(wrong_with(PAIR, &plan).len() > 1);
+    // Where each is known first, and what it still does from there on.
+    let said: Vec<String> = flown(&service)
+        .drones
+        .iter()
+        .map(|it| {
+            let places_m = &it.trajectory.position_m;
+            let (first, last) = (places_m[0], places_m[places_m.len() - 1]);
+            let tasks = match it.at_end {
+                AtEnd::Hover => format!("(to_m: ({:?}, {:?}, {:?}))", last.x, last.y, last.z),
+                AtEnd::Land | AtEnd::Leave => String::new(),
+            };
+            format!(
+                "(name: \"{}\", airframe: \"kolibri\", start_m: ({:?}, {:?}, {:?}), tasks: [{tasks}],
+                  at_start: {:?}, at_end: {:?})",
+                it.name, first.x, first.y, first.z, it.at_start, it.at_end
+            )
+        })
+        .collect();
+    let bounds = "bounds_m: (min: (0, 0, 0), max: (24, 12, 4))";
+    let scenario = format!(
+        "Scenario(name: \"pair\", {bounds}, drones: [{}])",
+        said.join(", ")
+    );
+    assert_eq!(wrong_with(&scenario, &plan), []);
+}
+
 #[test]
 fn a_change_days_after_the_last_one_is_replayed_without_the_positions_in_between() {
     let mut service = opened();
@@ -632,6 +719,8 @@ fn those_that_land_already_are_left_as_they_are_however_often_it_is_asked() {
         assert_eq!((landing.revision, landing.patch.revision), (2, 2), "{at_s}");
         assert!(landing.patch.changed.is_empty() && landing.not_landing.is_empty());
         assert_eq!(plan_text(&mut service), plan, "{at_s}");
+        let back = tell(&mut service, &state(at_s - 0.1, "left", [2.5, 2.5, 1.5]));
+        assert_eq!(back.answer.error.unwrap().code, Code::ClockBack, "{at_s}");
         at_s += 0.7;
     }
 }
@@ -846,6 +935,31 @@ fn a_drone_that_waits_on_the_ground_to_fly_again_stands_there() {
     let there_m = planned_m(&service, "third", 20.0);
     assert_eq!(planned_m(&service, "third", 90.0), there_m);
     assert!(third.airborne_s.1.unwrap() < 12.0, "{:?}", third.airborne_s);
+}
+
+#[test]
+fn a_drone_that_is_about_to_take_off_lands_as_one_that_flies() {
+    let landed = PAIR.replace("(name: \"left\",", "(name: \"left\", at_end: Land,");
+    for later_s in [0.1, 0.3, 0.44] {
+        let mut service = open(&landed);
+        let up = json!([{"retask": {"drone": "left", "tasks": [{"to_m": [20.5, 5.5, 2.5]}]}}]);
+        tell(&mut service, &change(1, 40.0, &up));
+        let land = json!([{"land": {"drone": "left"}}]);
+        let told = tell(&mut service, &change(2, 40.0 + later_s, &land));
+        let error = told.answer.error.expect("it has begun to rise");
+        assert!(error.message.contains("say over which place"), "{error:?}");
+        let told = land_all(&mut service, 40.0 + later_s);
+        let Some(Told::Landing(landing)) = told.answer.result else {
+            panic!("{:?}", told.answer.error);
+        };
+        assert_eq!(
+            (landing.not_landing, landing.patch.unavoidable),
+            (vec![], vec![])
+        );
+        let left = flown(&service).drones[0].clone();
+        assert!(left.airborne_s.1.is_some(), "{:?}", left.airborne_s);
+        assert!(planned_m(&service, "left", 90.0)[2] < 0.2);
+    }
 }
 
 /// A pair of which one leaves.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::plan::DronePlan;
 use crate::scenario::read_world;
+use crate::verify::examination::examine;
 use crate::verify::verify;
 
 /// Plans on once, from a plan and the world that it was made for.
@@ -110,6 +111,13 @@ fn exposed_as_judged_anew(running: &Running) {
             );
         }
     }
+}
+
+/// What a plan says of itself is what follows from its trajectories.
+fn figures_follow(plan: &Plan) {
+    let text = serde_json::to_string(plan).expect("a plan");
+    let file = crate::plan::file::read(&text).expect("a plan");
+    assert_eq!(examine(&file, false).differences, []);
 }
 
 fn others_keep_theirs(before: &Plan, after: &Plan, told: &Replanned) {
@@ -481,6 +489,64 @@ fn drones_that_are_to_land_land_and_those_that_found_no_place_go_on_as_before() 
 }
 
 /// Only there it can be given something else to do.
+/// One drone in a yard of its own.
+fn alone(at_end: &str, motion: &str) -> Running {
+    let (world, plan) = planned(&format!(
+        r#"Scenario(name: "one", bounds_m: (min: (0, 0, 0), max: (14, 10, 5)), drones: [
+            (name: "a", airframe: "kolibri", start_m: (1.5, 1.5, 1.5), at_end: {at_end},
+              tasks: [(to_m: (8.5, 1.5, 1.5))]),
+        ], planning: (motion: {motion}))"#
+    ));
+    Running::new(world, plan).expect("its plan")
+}
+
+#[test]
+fn a_drone_that_drops_all_it_had_to_do_comes_to_rest_before_it_leaves_or_lands() {
+    for motion in ["Straight", "Smooth"] {
+        for at_end in ["Leave", "Land", "Hover"] {
+            let mut running = alone(at_end, motion);
+            let dropped = [retasked("a", Vec::new())];
+            let told = running.replan(1.1, &dropped, &Control::QUIET);
+            assert_eq!(told.expect("in order").refused, []);
+            sound(&running);
+            figures_follow(running.plan());
+            let last_s = running.plan().drones[0].trajectory.t_s.last().copied();
+            assert!(last_s < Some(6.0), "{motion} {at_end}: {last_s:?}");
+        }
+    }
+}
+
+#[test]
+fn a_drone_that_flies_and_is_told_no_place_comes_to_rest_and_lands() {
+    for motion in ["Straight", "Smooth"] {
+        let mut running = alone("Hover", motion);
+        let lands = Change::Landed {
+            drone: "a".to_owned(),
+            over_m: None,
+        };
+        running
+            .replan(1.1, &[lands], &Control::QUIET)
+            .expect("in order");
+        sound(&running);
+        let entry = find(running.plan(), "a");
+        let last_m = entry.trajectory.position_m.last().expect("points");
+        assert!(last_m.z < 0.2 && entry.at_end == AtEnd::Land, "{last_m}");
+    }
+}
+
+#[test]
+fn a_drone_that_is_late_while_it_descends_arrives_when_it_did() {
+    for motion in ["Straight", "Smooth"] {
+        for later_s in [0.1, 0.8, 1.3] {
+            let mut running = alone("Land", motion);
+            let arrives_s = find(running.plan(), "a").arrives_s;
+            let told = running.replan(arrives_s + later_s, &[late("a", 0.6)], &Control::QUIET);
+            told.expect("in order");
+            figures_follow(running.plan());
+        }
+    }
+}
+
 #[test]
 fn the_path_of_a_smooth_flight_leads_through_the_very_places_of_the_lattice() {
     let text = tools::instances::hall(12, 1).expect("the hall has room");
@@ -575,6 +641,12 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
         matches!(wrong[..], [ChangeError::Known(_)] | [ChangeError::Gone(_)]),
         "{wrong:?}"
     );
+    let [x, y, z] = lies_m.coords.into();
+    let comes = another(running.world(), "d1 (wreck)", [x, y, z + 3.0], over.clone());
+    let wrong = running.replan(5.0, &[comes], &Control::QUIET);
+    assert!(
+        matches!(&wrong, Err(wrong) if wrong[..] == [ChangeError::Known("d1 (wreck)".to_owned())])
+    );
     let wrong = running.replan(5.0, &[late("d1 (wreck)", 1.0)], &Control::QUIET);
     assert_eq!(
         wrong,
@@ -657,6 +729,7 @@ fn lives(text: &str, forgets: bool) -> Running {
             running.forget(at_s - 5.0);
             sound(&running);
         }
+        figures_follow(running.plan());
     }
     running
 }
