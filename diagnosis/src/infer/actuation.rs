@@ -104,9 +104,8 @@ impl fmt::Display for Cause {
             _ => "density",
         };
         write!(f, "a {what} of {:.3} of the stated", self.values[0])?;
-        match self.values.get(1).filter(|since_s| since_s.is_finite()) {
-            Some(since_s) => write!(f, " from {since_s:.0} s on")?,
-            None => {}
+        if let Some(since_s) = self.values.get(1).filter(|since_s| since_s.is_finite()) {
+            write!(f, " from {since_s:.0} s on")?;
         }
         match self.values.get(2).filter(|until_s| until_s.is_finite()) {
             Some(until_s) => write!(f, " until {until_s:.0} s"),
