@@ -5,8 +5,11 @@ mod words;
 
 use clap::Args;
 use diagnosis::calibrate::{Options, Verdict, calibrate, jet_ron};
+use diagnosis::infer::actuation::actuation;
+use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::{Remark, RemarkKind};
 
-use super::recordings::{Asked, Read, Remarked, noticed, sentences};
+use super::recordings::{Asked, Read, RemarkOf, Remarked, noticed, sentences};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::io::progress::Progress;
@@ -22,7 +25,8 @@ pub(crate) struct Arguments {
     seed: u64,
 }
 
-/// Answers no where one jet does not describe the readings.
+/// Answers no where one jet does not describe the readings, or throttle and power do not fit the
+/// stated masses and density.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let Read {
         recordings,
@@ -39,6 +43,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let figures = plots::calibration::draw(&name, &found, &recordings);
     let mut report = words::report(&name, &found, figures);
     left_out.extend(noticed(&recordings));
+    let doubts = recordings.iter().filter_map(doubt);
+    let doubts: Vec<RemarkOf> = doubts.collect();
+    let is_as_stated = doubts.is_empty();
+    left_out.extend(doubts);
     let remarks = &left_out;
     report.section(
         "Remarks",
@@ -53,5 +61,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments
         .asked
         .deliver((&name, &report), json, &answer, vec![jet])?;
-    Ok(Answer::from(found.goodness.verdict != Verdict::Poor))
+    let is_one_jet = found.goodness.verdict != Verdict::Poor;
+    Ok(Answer::from(is_one_jet && is_as_stated))
+}
+
+/// Why the induced velocity that a jet is calibrated by may not be that of the drones which flew.
+fn doubt(recording: &Recording) -> Option<RemarkOf> {
+    let said = actuation(recording);
+    let message = match said.cause {
+        Some(cause) => format!(
+            "throttle and power say {cause}; the jet is calibrated by what is stated, so its speeds are off"
+        ),
+        None if said.is_contradicted => "throttle and power are not those of the stated masses and density, and the jet is calibrated by these".to_owned(),
+        None => return None,
+    };
+    let remark = Remark::new(RemarkKind::Contradicted, None, message);
+    Some(RemarkOf::new(recording, &remark))
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use diagnosis::forward::simulate::simulate;
+use diagnosis::infer::actuation::actuation;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::Remark;
 use serde::Serialize;
@@ -74,11 +75,17 @@ pub(crate) struct Remarked<'a, T> {
     pub(crate) remarks: &'a [RemarkOf],
 }
 
-/// What reading these recordings and simulating their probes and receivers noticed.
+/// What reading these recordings and simulating their probes and receivers noticed, and what their
+/// throttles and powers say that no cause explains.
 pub(crate) fn noticed(recordings: &[Recording]) -> Vec<RemarkOf> {
     let of = |recording: &Recording| {
         let left_out = simulate(recording).left_out;
-        let all = recording.remarks.iter().chain(&left_out);
+        let unexplained = actuation(recording).remarks;
+        let all = recording
+            .remarks
+            .iter()
+            .chain(&left_out)
+            .chain(&unexplained);
         all.map(|remark| RemarkOf::new(recording, remark))
             .collect::<Vec<_>>()
     };

@@ -201,6 +201,30 @@ fn what_is_left_out_is_told_by_every_answer() {
 }
 
 #[test]
+fn a_jet_is_not_calibrated_in_silence_by_masses_that_throttle_and_power_deny() {
+    let desk = tempfile::tempdir().unwrap();
+    let grids = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/hover-grids");
+    for grid in fs::read_dir(grids).unwrap().map(Result::unwrap) {
+        let to = desk.path().join("grids").join(grid.file_name());
+        copy(&grid.path(), &to);
+        // A throttle of 1.14 of hover's.
+        let table = fs::read_to_string(to.join("vehicles.csv")).unwrap();
+        fs::write(
+            to.join("vehicles.csv"),
+            table.replace(",1.0000,", ",1.1400,"),
+        )
+        .unwrap();
+    }
+    let arguments = ["calibrate", "grids", "--out", "jet", "--format", "json"];
+    let output = plan(desk.path(), &arguments);
+    assert_eq!(texts(&output).0, 1, "{}", texts(&output).2);
+    assert!(says(
+        &json(&output),
+        "throttle and power say a mass of 1.300"
+    ));
+}
+
+#[test]
 fn flights_against_normal_ones_are_written_and_what_is_left_out_is_told() {
     let desk = tempfile::tempdir().unwrap();
     let campaign = r#"(name: "pads", air: (temperature_c: 20), vehicles: { "c": "d" }, types: { "d": (

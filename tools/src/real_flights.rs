@@ -92,7 +92,7 @@ pub fn is_named(found: &[CampaignFinding], hardware: &[HardwareRow]) -> bool {
     QUESTIONS.iter().zip(found).all(named)
         && hardware
             .iter()
-            .all(|row| !row.is_normal || row.found.answers.is_empty())
+            .all(|row| !row.is_normal || !row.found.change.is_seen())
 }
 
 fn row((question, found): (&Question, &CampaignFinding)) -> Vec<String> {
@@ -174,7 +174,7 @@ fn changes(rows: &[HardwareRow]) -> Vec<Vec<String>> {
     for name in names {
         let is_of = |row: &&&HardwareRow| change(&row.flight) == name;
         let of: Vec<&HardwareRow> = changed.iter().filter(is_of).copied().collect();
-        match of.iter().find(|row| !row.found.answers.is_empty()) {
+        match of.iter().find(|row| row.found.change.is_seen()) {
             Some(first) => lines.push(line(&format!("`{name}`"), &said(first), &of)),
             None => {
                 unseen_names.push(format!("`{name}`"));
@@ -189,9 +189,9 @@ fn changes(rows: &[HardwareRow]) -> Vec<Vec<String>> {
 }
 
 fn said(row: &HardwareRow) -> String {
-    match row.found.answers.is_empty() {
-        true => "nothing".to_owned(),
-        false => row.found.to_string(),
+    match row.found.change.is_seen() {
+        false => "nothing".to_owned(),
+        true => row.found.to_string(),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::infer::diagnose::{NEARLY_ALL, departing, detectable, effects, ranked}
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
 use crate::infer::outside::{Remains, global_test, is_beyond_doubt, is_sure, outside, standing};
-use crate::infer::select::{flexible, singles};
+use crate::infer::select::{Tried, flexible, singles};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
 use crate::statistics::quantile::root_mean_square;
@@ -200,7 +200,19 @@ pub fn diagnose_campaign(
     let tolerances = [1e-6, TOLERANCE_N];
     let mut setting = Setting::within(&forces, &scatter.noise, &candidates, tolerances);
     setting.base = base;
-    let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS);
+    let columns = forces.covariates().columns;
+    let most_n = scatter.most_offset_n();
+    let r2_gained = |before: &Tried, after: &Tried| {
+        let held_out =
+            |tried: &Tried| setting.predicted_held_out(&tried.members(&candidates), &tried.fit);
+        let both = [before, after].map(held_out);
+        Judged::new(&forces, columns, &both, most_n).r2_gained()
+    };
+    let is_no_worse = |before: &Tried, after: &Tried| {
+        let gained = r2_gained(before, after);
+        gained.is_none_or(|[_, _, high]| high >= 0.0)
+    };
+    let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS, is_no_worse);
     let test = global_test(&setting, &chosen.selection.nothing.fit);
     if !test.is_significant && !is_beyond_doubt(&chosen.selection.chosen.gain) {
         chosen.withdraw();
@@ -224,8 +236,6 @@ pub fn diagnose_campaign(
             both.for_each(|(f, more)| *f += more);
         }
     }
-    let columns = forces.covariates().columns;
-    let most_n = scatter.most_offset_n();
     let judged = Judged::new(&forces, columns, &held_out, most_n);
     let held_out_of = |skill: &Skill| HeldOut {
         rms_before: skill.rms_before_n,
@@ -236,14 +246,11 @@ pub fn diagnose_campaign(
         ..HeldOut::default()
     };
     let skills = judged.skills();
-    let turns = chosen.turns.iter();
-    let steps = turns
-        .map(|turn| setting.predicted_held_out(&turn.with.members(&candidates), &turn.with.fit));
-    let steps: Vec<Vec<f64>> = std::iter::once(held_out[0].clone()).chain(steps).collect();
-    let r2_gained = steps.windows(2).map(|pair| {
-        let both = [pair[0].clone(), pair[1].clone()];
-        Judged::new(&forces, columns, &both, most_n).r2_gained()
-    });
+    let turns = chosen.turns.iter().map(|turn| &turn.with);
+    let stood = std::iter::once(&chosen.selection.nothing).chain(turns.clone());
+    let r2_gained = stood
+        .zip(turns)
+        .map(|(before, after)| r2_gained(before, after));
     let sensors_first = |turn: &Turn| {
         let mut alternatives = turn.alternatives.clone();
         alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);

@@ -62,8 +62,15 @@ pub(super) struct Turn {
     pub(super) with: Tried,
 }
 
-/// Chooses at most so many effects, from the fits of each alone.
-pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen {
+/// Chooses at most so many effects, from the fits of each alone; of each `helps` says whether
+/// held-out flights are not surely predicted worse with it (second) than with what stood before
+/// (first).
+pub(super) fn forward(
+    setting: &Setting,
+    tried: Singles,
+    most: usize,
+    helps: impl Fn(&Tried, &Tried) -> bool,
+) -> Chosen {
     let candidates = setting.candidates;
     let Singles { nothing, singles } = tried;
     let mut best = nothing.clone();
@@ -93,6 +100,7 @@ pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen 
             lead.total > LEAST_GAIN
                 && lead.total > LEAST_ERRORS * lead.standard_error
                 && lead.total > LEAST_SHARE * winner.gain.total
+                && helps(&best, winner)
         };
         let Some((lead, winner)) = fitted.iter().find(is_enough).cloned() else {
             next = beside.into_iter().next();
@@ -101,14 +109,9 @@ pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen 
         let Some(&which) = winner.which.last() else {
             break;
         };
-        let does_as_well = |rival: &Tried| {
-            let behind = winner.beyond(setting, rival);
-            let tie = (TIE_ERRORS * behind.standard_error).min(TIE_MOST_SHARE * lead.total);
-            behind.total < tie.max(TIE_SHARE * lead.total)
-        };
         let rivals = fitted.iter().map(|(_, rival)| rival);
         let rivals = rivals.filter(|rival| rival.which.last() != Some(&which));
-        let alternatives = rivals.filter(|rival| does_as_well(rival));
+        let alternatives = rivals.filter(|rival| does_as_well(setting, rival, &winner, &lead));
         turns.push(Turn {
             which,
             alternatives: alternatives
@@ -134,35 +137,61 @@ pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen 
     }
 }
 
-/// An instrument that does as well as an effect of the air takes its place.
+/// Whether a rival predicts as well as the winner of a turn, which gained so much.
+fn does_as_well(setting: &Setting, rival: &Tried, winner: &Tried, lead: &Gain) -> bool {
+    let behind = winner.beyond(setting, rival);
+    let tie = (TIE_ERRORS * behind.standard_error).min(TIE_MOST_SHARE * lead.total);
+    behind.total < tie.max(TIE_SHARE * lead.total)
+}
+
+/// An instrument that does as well as an effect of the air, beside all that was taken and within
+/// its range, takes its place; one that then does not is no alternative any more.
 fn sensors_first(setting: &Setting, nothing: &Tried, best: &mut Tried, turns: &mut [Turn]) {
     let candidates = setting.candidates;
+    let is_sensor = |k: &usize| candidates[*k].kind == Kind::Sensor;
     for (at, turn) in turns.iter_mut().enumerate() {
-        let is_sensor = |k: usize| candidates[k].kind == Kind::Sensor;
-        let Some(place) = turn.alternatives.iter().position(|&k| is_sensor(k)) else {
-            continue;
-        };
-        let sensor = turn.alternatives[place];
-        if is_sensor(turn.which) || best.which.contains(&sensor) {
+        if is_sensor(&turn.which) {
             continue;
         }
-        let mut which = best.which.clone();
-        which[at] = sensor;
-        let count = |k: &usize| candidates[*k].parameters.len();
-        let from: usize = best.which[..at].iter().map(count).sum();
-        let in_place = |start: &Vec<f64>| {
-            let mut values = best.fit.values.clone();
-            values.splice(from..from + count(&turn.which), start.iter().copied());
-            values
-        };
-        let starts: Vec<Vec<f64>> = candidates[sensor].starts.iter().map(in_place).collect();
-        if let Some(tried) = attempt(setting, nothing, &which, &starts) {
+        let sensors = turn.alternatives.iter().copied().filter(is_sensor);
+        let sensors: Vec<usize> = sensors.filter(|k| !best.which.contains(k)).collect();
+        for sensor in sensors {
+            let Some(place) = turn.alternatives.iter().position(|&k| k == sensor) else {
+                continue;
+            };
             turn.alternatives.remove(place);
-            turn.alternatives.insert(0, turn.which);
-            turn.which = sensor;
-            *best = tried;
+            let Some(tried) = in_place(setting, nothing, best, (at, sensor)) else {
+                continue;
+            };
+            if tried.is_inside(candidates) && does_as_well(setting, &tried, best, &turn.gain) {
+                turn.alternatives.insert(0, turn.which);
+                turn.which = sensor;
+                *best = tried;
+                break;
+            }
         }
     }
+}
+
+/// What was taken with another candidate in one of its places.
+fn in_place(
+    setting: &Setting,
+    nothing: &Tried,
+    best: &Tried,
+    (at, other): (usize, usize),
+) -> Option<Tried> {
+    let candidates = setting.candidates;
+    let count = |k: &usize| candidates[*k].parameters.len();
+    let from: usize = best.which[..at].iter().map(count).sum();
+    let mut which = best.which.clone();
+    which[at] = other;
+    let swapped = |start: &Vec<f64>| {
+        let mut values = best.fit.values.clone();
+        values.splice(from..from + count(&best.which[at]), start.iter().copied());
+        values
+    };
+    let starts: Vec<Vec<f64>> = candidates[other].starts.iter().map(swapped).collect();
+    attempt(setting, nothing, &which, &starts)
 }
 
 /// Leaves only those alternatives that say the same thing: what still gains half as much beside the

@@ -27,7 +27,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::record::recording::Recording;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 /// Vertical speed (m/s) and departure of the specific force from gravity (parts) up to which a
 /// drone counts as hovering. Chosen here.
@@ -41,6 +41,9 @@ const LEAST_ROWS: usize = 100;
 /// With a handful of normal flights to compare with, less asks for changes of more than five of
 /// their standard deviations.
 const LEAST_P: f64 = 0.05;
+/// p-value below which what an answer leaves is no scatter, and the answer none. As of
+/// [`LEAST_P`]: one answer in twenty that is right is refused.
+const LEAST_FIT_P: f64 = LEAST_P;
 /// How far a weight may lean for its total: two under a motor, a fifth more where it hangs outside.
 const MOST_LEAN: f64 = 2.4;
 /// Most extra turn of a damaged propeller, as part of its own.
@@ -112,6 +115,9 @@ pub struct Answer {
     pub name: String,
     /// Motors concerned, from 1; of a weight, the one or two nearest to it.
     pub motors: Vec<usize>,
+    /// Of a weight: whether it is one that has been taken off.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_lighter: bool,
     /// Squared distance that is left, in standard deviations, with two for every number fitted.
     pub cost: f64,
 }
@@ -142,7 +148,8 @@ pub struct HardwareFinding {
     /// Over normal flights.
     #[serde(flatten)]
     pub change: Change,
-    /// Empty: normal. Else best first; more than one: it cannot tell.
+    /// Empty: normal, or, where a change is seen, one that neither a weight nor a propeller
+    /// explains. Else best first; more than one: it cannot tell.
     pub answers: Vec<Answer>,
 }
 
@@ -151,9 +158,10 @@ impl fmt::Display for Answer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let motors: Vec<String> = self.motors.iter().map(|at| format!("M{at}")).collect();
         let motors = motors.join(" and ");
+        let less = if self.is_lighter { " (lighter)" } else { "" };
         match (self.name.as_str(), motors.is_empty()) {
-            ("payload_mass", true) => f.write_str("payload_mass in the middle"),
-            ("payload_mass", false) => write!(f, "payload_mass near {motors}"),
+            ("payload_mass", true) => write!(f, "payload_mass{less} in the middle"),
+            ("payload_mass", false) => write!(f, "payload_mass{less} near {motors}"),
             (name, _) => write!(f, "{name} {motors}"),
         }
     }
@@ -163,9 +171,12 @@ impl fmt::Display for Answer {
 impl fmt::Display for HardwareFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let answers: Vec<String> = self.answers.iter().map(ToString::to_string).collect();
-        match answers.is_empty() {
-            true => f.write_str("nothing beyond the scatter of normal flights"),
-            false => f.write_str(&answers.join(", or ")),
+        match (answers.is_empty(), self.change.is_seen()) {
+            (true, false) => f.write_str("nothing beyond the scatter of normal flights"),
+            (true, true) => f.write_str(
+                "changed, and neither a weight nor one or two damaged propellers explain it",
+            ),
+            (false, _) => f.write_str(&answers.join(", or ")),
         }
     }
 }
@@ -242,8 +253,9 @@ impl Normal {
     #[must_use]
     pub fn judge(&self, flight: &Effort, normal: &[Effort]) -> HardwareFinding {
         let change = self.compare(std::slice::from_ref(flight), normal);
+        let sd = self.scatter_between(1, normal.len());
         let answers = match change.is_seen() {
-            true => answers(change.modes, self.scatter_between(1, normal.len())),
+            true => answers(change.modes, sd, self.freedom),
             false => Vec::new(),
         };
         HardwareFinding { change, answers }
@@ -371,14 +383,25 @@ pub fn hardware(flights: &[StatedFlight<'_>]) -> Hardware {
     all
 }
 
-/// What explains the modes, best first, with everything that does as well.
-fn answers(modes: [f64; 4], sd: [f64; 4]) -> Vec<Answer> {
-    let mut all = vec![payload(modes, sd)];
+/// What explains the modes, best first, with everything that does as well; `freedom` is that of the
+/// scatter. Empty where the best leaves more than scatter.
+fn answers(modes: [f64; 4], sd: [f64; 4], freedom: f64) -> Vec<Answer> {
+    let mut all: Vec<(Answer, f64)> = payload(modes, sd).into_iter().collect();
     for a in 0..4 {
-        all.push(propellers(modes, sd, &[a]));
-        all.extend((a + 1..4).map(|b| propellers(modes, sd, &[a, b])));
+        all.extend(propellers(modes, sd, &[a]));
+        all.extend((a + 1..4).filter_map(|b| propellers(modes, sd, &[a, b])));
     }
-    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    all.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+    let is_scatter = |(best, fitted): &(Answer, f64)| {
+        // Four modes, less what was fitted: a ratio of two variances.
+        let left = modes.len() as f64 - fitted;
+        let ratio = (best.cost - 2.0 * fitted) / left;
+        FisherSnedecor::new(left, freedom).is_ok_and(|law| law.sf(ratio) >= LEAST_FIT_P)
+    };
+    if !all.first().is_some_and(is_scatter) {
+        return Vec::new();
+    }
+    let mut all: Vec<Answer> = all.into_iter().map(|(answer, _)| answer).collect();
     let best = all[0].cost;
     all.retain(|answer| answer.cost < best + TIE);
     // A second damaged propeller beside one that does alone is no other answer.
@@ -405,29 +428,40 @@ fn distance(modes: [f64; 4], model: [f64; 4], sd: [f64; 4]) -> f64 {
     apart.map(|((m, f), sd)| ((m - f) / sd).powi(2)).sum()
 }
 
-/// A weight somewhere on the frame: its total and its place.
-fn payload(modes: [f64; 4], sd: [f64; 4]) -> Answer {
+/// Numbers that a weight is fitted by: its total and its place.
+const OF_A_WEIGHT: f64 = 3.0;
+
+/// A weight somewhere on the frame, or one taken off, and how many numbers were fitted; `None`
+/// where none fits best.
+fn payload(modes: [f64; 4], sd: [f64; 4]) -> Option<(Answer, f64)> {
     let [_, _, lean_a, lean_b] = modes;
     let size = lean_a.hypot(lean_b);
-    // Totals up to 0.3: a weight of more than half the drone.
-    let costs = (0..=600).map(|i| {
+    // Totals up to 0.3 either way: a weight of more than half the drone, or a drone of half of its.
+    let fits = (-600..=600).map(|i| {
         let total = 5e-4 * f64::from(i);
         // Without a lean the share of it does not matter.
-        let share = (MOST_LEAN * total / size.max(f64::MIN_POSITIVE)).min(1.0);
-        distance(modes, [total, 0.0, share * lean_a, share * lean_b], sd)
+        let share = (MOST_LEAN * total.abs() / size.max(f64::MIN_POSITIVE)).min(1.0);
+        let model = [total, 0.0, share * lean_a, share * lean_b];
+        (total, distance(modes, model, sd))
     });
-    // It leans towards one motor, or between two; a motor's direction counts within 30 degrees.
-    let towards = [-lean_a, -lean_b, lean_a, lean_b];
+    let (total, least) = fits.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    // It leans towards one motor, or between two; a motor's direction counts within 30 degrees. One
+    // that is taken off leans away from where it was.
+    let side = total.signum();
+    let towards = [-lean_a, -lean_b, lean_a, lean_b].map(|of| side * of);
     let motors = (0..4).filter(|&m| towards[m] > 0.5 * size && size > MOST_LEAN * 0.1 * sd[2]);
-    Answer {
+    let answer = Answer {
         name: "payload_mass".into(),
         motors: motors.map(|m| m + 1).collect(),
-        cost: costs.fold(f64::INFINITY, f64::min) + 2.0 * 3.0,
-    }
+        is_lighter: total < 0.0,
+        cost: least + 2.0 * OF_A_WEIGHT,
+    };
+    (total != 0.0).then_some((answer, OF_A_WEIGHT))
 }
 
-/// One or two propellers that give less thrust.
-fn propellers(modes: [f64; 4], sd: [f64; 4], which: &[usize]) -> Answer {
+/// One or two propellers that give less thrust, and how many numbers were fitted; `None` where one
+/// of them fits best undamaged.
+fn propellers(modes: [f64; 4], sd: [f64; 4], which: &[usize]) -> Option<(Answer, f64)> {
     let sizes = || (0..=80).map(|i| 5e-3 * f64::from(i));
     let cost = |a: f64, b: f64| {
         let mut strengths = [0.0; 4];
@@ -441,14 +475,20 @@ fn propellers(modes: [f64; 4], sd: [f64; 4], which: &[usize]) -> Answer {
         let costs = [0.0, 0.5, MOST_EXTRA_TURN].map(|extra| distance(modes, with(extra), sd));
         costs.into_iter().fold(f64::INFINITY, f64::min)
     };
-    let seconds = || sizes().take(if which.len() > 1 { usize::MAX } else { 1 });
-    let costs = sizes().flat_map(|a| seconds().map(move |b| (a, b)));
-    let least = costs.map(|(a, b)| cost(a, b)).fold(f64::INFINITY, f64::min);
-    Answer {
+    let is_pair = which.len() > 1;
+    let seconds = || sizes().take(if is_pair { usize::MAX } else { 1 });
+    let fits = sizes().flat_map(|a| seconds().map(move |b| (a, b)));
+    let fits = fits.map(|(a, b)| (a, b, cost(a, b)));
+    let (a, b, least) = fits.min_by(|one, other| one.2.total_cmp(&other.2))?;
+    // The extra turn is bounded: half a number.
+    let fitted = which.len() as f64 + 0.5;
+    let answer = Answer {
         name: "damaged_propeller".into(),
         motors: which.iter().map(|m| m + 1).collect(),
-        cost: least + 2.0 * (which.len() as f64 + 0.5),
-    }
+        is_lighter: false,
+        cost: least + 2.0 * fitted,
+    };
+    (a > 0.0 && (b > 0.0 || !is_pair)).then_some((answer, fitted))
 }
 
 #[cfg(test)]
@@ -506,6 +546,32 @@ mod tests {
                 .answers
                 .is_empty()
         );
+    }
+
+    #[test]
+    fn a_drone_that_is_lighter_has_lost_a_weight_and_no_propeller() {
+        let (normal, flights) = normal();
+        let found = normal.judge(&effort([-0.1; 4]), &flights);
+        let [answer] = &found.answers[..] else {
+            panic!("{found}");
+        };
+        assert!(answer.is_lighter && answer.motors.is_empty(), "{answer}");
+        let under = [0.02, -0.02, -0.06, -0.02].map(|change| 2.0 * change);
+        let found = normal.judge(&effort(under), &flights);
+        assert_eq!(
+            found.answers[0].to_string(),
+            "payload_mass (lighter) near M3"
+        );
+    }
+
+    #[test]
+    fn what_neither_a_weight_nor_a_propeller_explains_accuses_none() {
+        let (normal, flights) = normal();
+        for changes in [[-0.15, 0.0, 0.0, 0.0], [-0.12, 0.0, -0.12, 0.0]] {
+            let found = normal.judge(&effort(changes), &flights);
+            assert!(found.answers.is_empty(), "{changes:?}: {found}");
+            assert!(found.change.is_seen() && found.to_string().starts_with("changed"));
+        }
     }
 
     #[test]

@@ -21,7 +21,7 @@ use crate::statistics::tail;
 /// Most that one flight's offset may be (N): a gram.
 const MOST_OFFSET_N: f64 = 0.0098;
 /// Least, where flights happen to agree (N).
-const LEAST_OFFSET_N: f64 = 0.001;
+pub const LEAST_OFFSET_N: f64 = 0.001;
 /// p-value (Student's t of the flights' own offsets) from which all flights share one. Chosen here:
 /// a tenth of what is asked of any finding, for drones of one flight may share theirs.
 const SHARED_P: f64 = 1e-4;

@@ -69,6 +69,13 @@ const SWINGS_RADPS: [f64; 16] = [
 ];
 const DAMPINGS: [f64; 3] = [0.03, 0.12, 0.4];
 const SWING: &str = "swinging_payload";
+/// Part of a swing's power that must lie at its own frequency: its mean square frequency (Rice)
+/// over that. Half, for below as much of it follows the thrust at the thrust's own frequencies, as
+/// a factor on the thrust does, and tells nothing of a cord.
+const LEAST_RESONANCE: f64 = 0.5;
+/// Moments (s) apart by which the noise is read at the end. As long as the noise of the simulated
+/// campaigns without any effect lasts, which comes to 1.3 times what is read so.
+const NOISE_OVER_S: f64 = 0.5;
 /// Steps of a swing's equation within one of the forces.
 const FINER: usize = 10;
 /// Least noise (m/s²). Chosen here: a milligravity, which no accelerometer that is flown holds.
@@ -95,6 +102,8 @@ pub struct SidewaysFinding {
     pub rms_before_mps2: f64,
     /// Left by what is named.
     pub rms_after_mps2: f64,
+    /// What of that differs between moments half a second apart, as one of them.
+    pub noise_mps2: f64,
     /// What was tried and not taken, with gain and standard error.
     pub not_taken: Vec<(String, f64, f64)>,
     /// Vehicles that cannot be judged, each with the columns that it lacks.
@@ -244,7 +253,14 @@ fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
             let last = fitted.values.iter().next_back();
             let has_sign = !candidates[k].is_positive || last.is_some_and(|value| *value > 0.0);
             let is_inside = |point: &[f64; 2]| candidates[k].is_inside(*point);
-            has_sign && choice.points.last().is_none_or(is_inside)
+            let swings = |[radps, _]: &[f64; 2]| {
+                candidates[k].name != SWING || is_resonant(steps, choice.columns.last(), *radps)
+            };
+            has_sign
+                && choice
+                    .points
+                    .last()
+                    .is_none_or(|at| is_inside(at) && swings(at))
         };
         gains.retain(|(k, gain)| !is_sure(gain) || is_possible(*k));
         let best = gains.iter().find(|(_, gain)| is_sure(gain)).cloned();
@@ -583,12 +599,45 @@ fn found(
         rms_recorded_mps2: rms(&|at| steps.all[at].recorded_mps2),
         rms_before_mps2: rms(&|at| steps.all[at].left_mps2()),
         rms_after_mps2: rms(&|at| after[at]),
+        noise_mps2: noise_mps2(steps, &after),
         not_taken: next
             .map(|(k, gain)| (name(k), gain.total, gain.standard_error))
             .collect(),
         effects,
         lacking,
     }
+}
+
+/// Root mean square of half of the differences over half a second of what is left.
+fn noise_mps2(steps: &Steps, left: &[Vector2<f64>]) -> f64 {
+    let apart = (NOISE_OVER_S * RATE_HZ) as usize;
+    // Steps since the last gap.
+    let mut since = 0;
+    let (mut square, mut pairs) = (0.0, 0.0);
+    for (at, step) in steps.all.iter().enumerate() {
+        since = if step.follows { since + 1 } else { 0 };
+        if since >= apart {
+            square += 0.5 * (left[at] - left[at - apart]).norm_squared();
+            pairs += 1.0;
+        }
+    }
+    (square / f64::max(pairs, 1.0)).sqrt()
+}
+
+/// Whether a swing does so at its own frequency (rad/s) rather than follow what drives it.
+fn is_resonant(steps: &Steps, swing: Option<&Regressor>, radps: f64) -> bool {
+    let Some(swing) = swing else {
+        return false;
+    };
+    let (mut slopes, mut squares) = (0.0, 0.0);
+    for at in 1..swing.values.len() {
+        if steps.all[swing.from + at].follows {
+            let slope = (swing.values[at] - swing.values[at - 1]) * RATE_HZ;
+            slopes += slope.norm_squared();
+            squares += swing.values[at].norm_squared();
+        }
+    }
+    slopes >= LEAST_RESONANCE * radps * radps * squares
 }
 
 /// Every vehicle that cannot be judged, and by which columns.
@@ -864,7 +913,7 @@ fn candidates(steps: &Steps) -> Vec<Candidate> {
         },
         Candidate {
             name: "thrust_misalignment",
-            description: "the thrust, or the frame in which the attitude is logged, leans off the body's axis",
+            description: "the thrust, or the frame in which the attitude is logged, leans off the body's axis; or the zero of the accelerometer is off, which looks the same",
             grid: none(),
             columns: of_bodies,
             is_positive: false,

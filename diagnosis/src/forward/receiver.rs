@@ -48,6 +48,16 @@ const STILL: f64 = 0.02;
 /// Entries that a reference needs. Chosen here: twenty means of a noise of 5 % are known to 1 %.
 const LEAST_STILL: usize = 20;
 
+/// Whether a drone of the flow's recording is in no wake then; `None` where some drone's place is
+/// not known.
+pub(crate) fn is_still(flow: &Flow, vehicle_index: usize, t_s: f64) -> Option<bool> {
+    let recording = flow.recording();
+    let vehicle = &recording.vehicles[vehicle_index];
+    let centre_m = vehicle.track.position_at(vehicle.track.moment(t_s)?);
+    let air_mps = -flow.velocity_mps(t_s, centre_m, Some(vehicle_index))?.z;
+    Some(air_mps < STILL * recording.hover_mps(vehicle))
+}
+
 /// Power of each row of the receivers over that of the same drone in no wake; not a number where
 /// none was logged, or the drone is never out of a wake.
 #[must_use]
@@ -60,19 +70,12 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
             .filter(|power_w| power_w.is_finite())
     };
     let mut ratios = vec![f64::NAN; recording.receivers.len()];
-    for (index, vehicle) in recording.vehicles.iter().enumerate() {
-        let hover_mps = recording.hover_mps(vehicle);
-        let is_still = |sample: &ReceiverSample| {
-            let moment = vehicle.track.moment(sample.t_s)?;
-            let centre_m = vehicle.track.position_at(moment);
-            let air_mps = -flow.velocity_mps(sample.t_s, centre_m, Some(index))?.z;
-            Some(air_mps < STILL * hover_mps)
-        };
+    for index in 0..recording.vehicles.len() {
         let own = || {
             let all = recording.receivers.iter().enumerate();
             all.filter(|(_, sample)| sample.vehicle == index)
         };
-        let still = own().filter(|(_, sample)| is_still(sample).unwrap_or(false));
+        let still = own().filter(|(_, sample)| is_still(&flow, index, sample.t_s) == Some(true));
         let mut still_w: Vec<f64> = still.filter_map(|(_, sample)| power_w(sample)).collect();
         if still_w.len() < LEAST_STILL {
             continue;

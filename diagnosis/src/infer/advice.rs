@@ -135,12 +135,13 @@ pub(crate) fn narrowing(shape: &Shape) -> Vec<String> {
     let first = shape.depends_on.first().map(|(name, _)| name.as_str());
     let sweep = first
         .zip(ends)
-        .and_then(|(name, (first, last))| match name {
-            _ if !SWEPT.contains(&name) => None,
-            _ => Some(format!(
-                "a slow sweep of {name} from {:.2} to {:.2} with everything else held",
-                first.0, last.0
-            )),
+        .filter(|(name, _)| SWEPT.contains(name))
+        .and_then(|(name, (first, last))| {
+            let [from, to] = [first.0, last.0].map(|end| format!("{end:.2}"));
+            // Of one place there is no sweep.
+            (from != to).then(|| {
+                format!("a slow sweep of {name} from {from} to {to} with everything else held")
+            })
         });
     let turned = "the same flight turned by 90 degrees and moved by 2 m: what stays in its place stands in the room";
     let swapped = "the same flight with the probes in one another's places: what goes with one of them is its own";

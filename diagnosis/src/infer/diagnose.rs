@@ -10,7 +10,7 @@ use crate::forward::hypothesis::Hypothesis;
 use crate::forward::mistakes::{Mistake, mistaken};
 use crate::forward::observed::{COVARIATES, Explained, MOST_SAMPLES, Observed, PROBE};
 use crate::forward::simulate::Channel;
-use crate::infer::actuation::{self, Cause};
+use crate::infer::actuation::{self, Actuation, Cause, actuation};
 use crate::infer::advice::advice;
 use crate::infer::candidates::{Candidate, Kind, applicable};
 use crate::infer::finding::{
@@ -167,7 +167,12 @@ pub fn diagnose_channel(
     if actuation::is_logged(recording) {
         candidates.retain(|candidate| candidate.name != "payload_mass");
     }
-    let cause = actuation::cause(recording);
+    let Actuation {
+        cause,
+        is_confirmed,
+        receiver_load,
+        ..
+    } = actuation(recording);
     let mut base = Hypothesis::default();
     if let Some(cause) = &cause {
         cause.set(&mut base);
@@ -237,21 +242,29 @@ pub fn diagnose_channel(
     }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &observed, &selection));
-    let (mut held_out, p_of_loss) = held_out(&setting, &selection, shape.as_ref());
+    if receiver_load.is_some() && observed.channel != Channel::Speed {
+        effects.iter_mut().for_each(or_a_load);
+        next.push(WEIGH.to_owned());
+    }
+    let (mut held_out, less) = held_out(&setting, &selection, shape.as_ref());
     let mut correction = setting.explanation(&selection.chosen);
     let mut withdrawn = None;
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
     let mut laws = laws;
     // Throttle and power are readings of their own: what they say stands unless blocks of the
-    // others agree that it makes them worse. Beside a term that was fitted it stands in any case:
-    // the two may mask one another in the readings.
-    let is_alone = selection.chosen.which.is_empty();
-    if is_alone && !effects.is_empty() && p_of_loss < CONTRADICTED_P {
+    // others agree that it makes them worse. Beside a term that was fitted it stands where both
+    // say it, for the two may mask one another in the readings; what throttle alone says and a
+    // term cancels is a column that reads wrong, unless blocks agree that they are better for it.
+    let is_refuted = match selection.chosen.which.is_empty() {
+        true => less.p_of_loss() < CONTRADICTED_P,
+        false => cause.is_some() && !is_confirmed && less.p_of_gain() > CONTRADICTED_P,
+    };
+    if is_refuted && !effects.is_empty() {
         withdrawn = Some(Withdrawn {
             effects: std::mem::take(&mut effects),
             rms_after: held_out.rms_after,
-            p: p_of_loss,
+            p: less.p_of_loss(),
         });
         if shape.is_none() {
             // Nothing of it stands: neither in the prediction nor in what is flown.
@@ -364,9 +377,9 @@ fn is_clearly_less(around: &Noise, before: &Noise) -> bool {
     change / (before.sd().len() as f64) < CLEARLY_LESS.ln()
 }
 
-/// Errors on blocks left out of the fit, fold by fold, and the p-value of their squares having
-/// grown by chance, block by block.
-fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> (HeldOut, f64) {
+/// Errors on blocks left out of the fit, fold by fold, and by how much their squares have become
+/// less, block by block.
+fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> (HeldOut, Gain) {
     let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         setting.left(&setting.predicted_held_out(members, fit))
     };
@@ -404,7 +417,7 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
             _ => chosen.fit.tolerance,
         },
     };
-    (held_out, less.p_of_loss())
+    (held_out, less)
 }
 
 /// Every candidate alone, best first.
@@ -471,6 +484,14 @@ fn from_actuation(cause: &Cause) -> Effect {
         equation: equation.into(),
         description: format!("{}: throttle and power say so", spec.description),
         parameters,
+    }
+}
+
+/// A receiver's readings that are too large or too small by a factor or an amount, where its own
+/// throttle and power say that it is heavier or lighter.
+fn or_a_load(effect: &mut Effect) {
+    if matches!(effect.name.as_str(), "sensor_gain" | "sensor_offset") {
+        effect.alternatives.push("payload_mass".to_owned());
     }
 }
 

@@ -12,7 +12,6 @@ use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::forward::observed::PROBE;
-use crate::infer::candidates::Kind;
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, Tried, beyond_closure, closure};
 use crate::statistics::bursts::bursts;
@@ -297,7 +296,7 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
         curve: found.line,
         expression: told.map(|told| told.expression.to_string()),
         expression_share: share.clamp(0.0, 1.0),
-        nearest: nearest(setting, selection, total, |_| true),
+        nearest: nearest(setting, selection, total),
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: true,
@@ -308,17 +307,11 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
     })
 }
 
-/// The library's term of some kinds that gains most, and its part of all that could be gained.
-fn nearest(
-    setting: &Setting,
-    selection: &Selection,
-    all: f64,
-    is_kind: impl Fn(Kind) -> bool,
-) -> Option<(String, f64)> {
+/// The library's term that gains most, and its part of all that could be gained.
+fn nearest(setting: &Setting, selection: &Selection, all: f64) -> Option<(String, f64)> {
     let singles = selection.singles.iter();
     singles
         .map(|tried| (&setting.candidates[tried.which[0]], tried.gain.total))
-        .filter(|(candidate, _)| is_kind(candidate.kind))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)))
 }
@@ -351,7 +344,7 @@ fn unexplained(setting: &Setting, selection: &Selection, left: &HeldOut) -> Opti
         match square(&corrected) < square(&setting.left(&fit.predicted)) {
             true => shape(setting, selection, left),
             false => Shape {
-                nearest: nearest(setting, selection, selection.chosen.gain.total, |_| true),
+                nearest: nearest(setting, selection, selection.chosen.gain.total),
                 ..without_prediction(setting, fit)
             },
         },
@@ -527,7 +520,7 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         curve: edges.into_iter().zip(along).collect(),
         expression_share: (told / total).clamp(0.0, 1.0),
         expression: found.map(|found| found.expression.to_string()),
-        nearest: nearest(setting, selection, all, |kind| kind == Kind::Physics),
+        nearest: nearest(setting, selection, all),
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: true,

@@ -50,6 +50,8 @@ pub enum RemarkKind {
     Saturated,
     /// On or near the floor, or crashed.
     Touch,
+    /// Throttle and power contradict each other, the metadata, or what an instrument is blamed for.
+    Contradicted,
     /// Outside the range of the thrust map.
     OutOfRange,
     /// Rows for something that nothing here uses.

@@ -411,11 +411,19 @@ impl Data<'_> {
 impl fmt::Display for Expression {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", three_digits(self.coefficient))?;
-        for factor in &self.form.factors {
+        // What divides comes last: from left to right, everything before it is divided.
+        let is_divisor = |factor: &&Factor| factor.of().text.starts_with('/');
+        let (divisors, factors): (Vec<&Factor>, Vec<&Factor>) =
+            self.form.factors.iter().partition(is_divisor);
+        for factor in factors.into_iter().chain(divisors) {
             // The constant first: a letter may hold an A, a number holds no X.
             let text = factor.of().text;
             let text = text.replace('A', &three_digits(factor.constant));
-            let text = text.replace('X', &self.letters[factor.coordinate]);
+            let letter = &self.letters[factor.coordinate];
+            let text = match letter.contains('/') {
+                true => text.replace('X', &format!("({letter})")),
+                false => text.replace('X', letter),
+            };
             write!(f, " {text}")?;
         }
         match self.constant {

@@ -84,8 +84,18 @@ impl Gain {
     /// Student's law, on one side. 1 where it is not below 0, or there is no spread to go by.
     #[must_use]
     pub fn p_of_loss(&self) -> f64 {
-        let t = self.total / self.standard_error;
-        match t < 0.0 {
+        self.p_beyond(-self.total)
+    }
+
+    /// The same of the total being above 0.
+    #[must_use]
+    pub fn p_of_gain(&self) -> f64 {
+        self.p_beyond(self.total)
+    }
+
+    fn p_beyond(&self, total: f64) -> f64 {
+        let t = total / self.standard_error;
+        match t > 0.0 {
             true => 0.5 * student_two_sided(t, self.by_block.len() as f64 - 1.0),
             false => 1.0,
         }

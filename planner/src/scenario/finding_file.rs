@@ -1,12 +1,14 @@
 //! The file of a finding: the effects that a diagnosis found, and that a plan is to be flown
 //! through.
 //!
-//! `plan diagnose` writes more into it than is flown: verdict, evidence, advice. All of that is
-//! left alone here.
+//! `plan diagnose` writes more into it than is flown: verdict, evidence, advice. Of that a plan's
+//! notes tell what bears on the air that is flown.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use airflow::effects::{EFFECTS, Effects, Parameter, Treatment};
+use serde::Deserialize;
 
 use super::fields::{Field, Reader, Record, cited};
 use super::limits::Limits;
@@ -108,6 +110,23 @@ pub(super) fn read(
     cited(file, &text, |reader, value| finding(reader, value, file))
 }
 
+/// What of an effect that a finding names tells whether its fit ended within its range.
+#[derive(Deserialize)]
+#[serde(rename = "Effect")]
+struct NamedEffect {
+    name: String,
+    #[serde(default)]
+    parameters: BTreeMap<String, Fitted>,
+}
+
+/// One fitted parameter.
+#[derive(Deserialize)]
+#[serde(rename = "Estimate")]
+struct Fitted {
+    #[serde(default)]
+    at_bound: bool,
+}
+
 /// The finding in a text that is RON, with notes for a reader of the plan.
 fn finding<'t>(
     reader: &mut Reader<'t>,
@@ -128,6 +147,9 @@ fn finding<'t>(
             _ => None,
         }
     });
+    let named = record.optional(reader, "named", |_, field| {
+        field.value.plain::<Vec<NamedEffect>>()
+    });
     let sensor = record.optional(reader, "sensor", |_, field| field.value.pairs("Sensor"));
     if !record.has("effects") {
         let problem = Problem::at(record.head(), "the finding has no `effects`");
@@ -146,6 +168,17 @@ fn finding<'t>(
         ));
     }
     notes.extend(treatments.into_iter().filter_map(|one| note(one, file)));
+    let is_flown = |of: &&NamedEffect| effects.specs().any(|spec| spec.name == of.name);
+    for NamedEffect { name, parameters } in named.iter().flatten().filter(is_flown) {
+        let ends = parameters.iter().filter(|(_, fitted)| fitted.at_bound);
+        let ends: Vec<&str> = ends.map(|(symbol, _)| symbol.as_str()).collect();
+        if !ends.is_empty() {
+            notes.push(format!(
+                "`{name}` of {file} was fitted with {} at the end of its range: the air may go further than what is flown",
+                ends.join(" and ")
+            ));
+        }
+    }
     if sensor.is_some_and(|faults| !faults.is_empty()) {
         notes.push(format!(
             "`sensor` of {file} changes nothing here: it is about instruments, not about the air"

@@ -2,7 +2,7 @@
 
 use diagnosis::campaign::skill::{Curve, Skill, UNDER_ANOTHER};
 use diagnosis::campaign::{
-    CampaignError, CampaignFinding, CampaignOptions, SidewaysFinding, near_floor,
+    CampaignError, CampaignFinding, CampaignOptions, LEAST_OFFSET_N, SidewaysFinding, near_floor,
 };
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding::{Finding, Verdict};
@@ -158,6 +158,12 @@ fn to_the_sides(sideways: &Result<SidewaysFinding, CampaignError>) -> Vec<Part> 
         });
         parts.push(Part::table("lrrl", "parameter | value | +- | unit", rows).shortened(8));
     }
+    if after > words::UNQUIET * found.noise_mps2 {
+        parts.push(Part::Line(format!(
+            "What remains is {after:.3} m/s2 rms, {:.1} times what moments half a second apart differ by: something else acts sideways, or an instrument drifts, that no effect here explains.",
+            after / found.noise_mps2
+        )));
+    }
     let nearest = found.not_taken.iter().take(MOST_NOT_TAKEN);
     let nearest = nearest.map(|(name, gain, error)| format!("{name} {gain:.0} +- {error:.0}"));
     parts.push(Part::Line(format!(
@@ -194,7 +200,13 @@ fn located(found: &CampaignFinding) -> Option<Part> {
 /// What each flight may be off by, which no figure here counts.
 fn offsets(found: &CampaignFinding) -> Part {
     Part::Line(format!(
-        "One offset a drone and flight is taken off first, for a thrust map is known no better: they scatter by {}.",
+        "One offset a drone and flight is taken off first, for a thrust map is known no better: they scatter by {}{}.",
+        // Flights that agree better than that are taken to scatter by it.
+        if found.offset_n > LEAST_OFFSET_N {
+            ""
+        } else {
+            "at most "
+        },
         newton(found.offset_n)
     ))
 }

@@ -25,7 +25,7 @@ pub(crate) struct Names<'a> {
 /// Of what is written.
 const HARDWARE: (&str, usize, &str) = ("hardware.json", 3, "hardware/1");
 
-/// Answers yes: each flight is normal, or has a change with a name.
+/// Answers no where a flight has changed, and what has changed has no name.
 pub(super) fn run(
     asked: &Asked,
     name: &str,
@@ -41,7 +41,10 @@ pub(super) fn run(
         remarks: &remarks,
     };
     asked.deliver((name, &report), HARDWARE, &answer, Vec::new())?;
-    Ok(Answer::Yes)
+    let mut found = hardware.flights.iter().map(|row| &row.found);
+    Ok(Answer::from(
+        found.all(|of| !of.change.is_seen() || !of.answers.is_empty()),
+    ))
 }
 
 /// Every flight against the normal ones of its drone and session.
@@ -87,7 +90,7 @@ fn report(hardware: &Hardware) -> Report {
         cells.push(row.found.to_string());
         cells
     };
-    let changed = rows.iter().filter(|row| !row.found.answers.is_empty());
+    let changed = rows.iter().filter(|row| row.found.change.is_seen());
     let without = [
         (&hardware.without_hover, "enough steady hover"),
         (

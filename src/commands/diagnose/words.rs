@@ -67,7 +67,7 @@ pub(super) fn verdict(finding: &Finding) -> String {
 }
 
 /// Errors over the noise floor from which they are no longer called noise. Chosen here.
-const UNQUIET: f64 = 1.5;
+pub(super) const UNQUIET: f64 = 1.5;
 
 /// Whether what is left is clearly more than neighbouring readings scatter by.
 fn is_unquiet(finding: &Finding) -> bool {
@@ -216,10 +216,7 @@ fn place(finding: &Finding) -> Vec<Part> {
         }
         Verdict::None if finding.remains.is_sure => vec![Part::Line(format!(
             "Nowhere that an effect of the library shows; what repeats all the same stands under {}.",
-            match finding.channel {
-                Channel::VerticalForce => "runners-up",
-                _ => "what remains",
-            }
+            section_of_the_rest(finding.channel)
         ))],
         Verdict::None => vec![Part::line(
             "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
@@ -320,9 +317,12 @@ fn p_value(p: f64) -> String {
 
 fn what_is_missing(finding: &Finding) -> Vec<Part> {
     if finding.verdict == Verdict::None {
-        let nothing = match finding.remains.is_sure {
-            true => "No effect of the library shows here.",
-            false => "Nothing is missing that would show here.",
+        let nothing = match (finding.remains.is_sure, is_unquiet(finding)) {
+            (true, _) => "No effect of the library shows here.",
+            (false, false) => "Nothing is missing that would show here.",
+            (false, true) => {
+                "Readings differ by more than neighbours do, and nothing that repeats predicts when, so no effect is named."
+            }
         };
         return vec![Part::line(nothing)];
     }
@@ -367,11 +367,14 @@ fn taken_back(finding: &Finding, withdrawn: &Withdrawn) -> String {
         [finding.held_out.rms_before, withdrawn.rms_after],
         finding.channel,
     );
+    let p = match withdrawn.p < 1.0 {
+        true => format!("p-value {:.2}, by blocks", withdrawn.p),
+        false => "no better by more than chance, by blocks".to_owned(),
+    };
     format!(
-        "{} is withdrawn: with it the rms error on {} that were not fitted goes from {before} to {after} (p-value {:.2}, by blocks). Something is there that these readings do not explain; nothing of it is in finding.ron.",
+        "{} is withdrawn: with it the rms error on {} that were not fitted goes from {before} to {after} ({p}). Something is there that these readings do not explain; nothing of it is in finding.ron.",
         joined(withdrawn.effects.iter().map(of), " and "),
-        parts_of(finding.channel),
-        withdrawn.p
+        parts_of(finding.channel)
     )
 }
 
@@ -401,6 +404,7 @@ const NEARLY_ALL: f64 = 0.8;
 fn outside(finding: &Finding, shape: &Shape) -> Vec<String> {
     let mut lines = vec![
         match (shape.is_predictable, &shape.nearest) {
+            (false, _) if finding.remains.is_sure => format!("Something is there that no effect of the library explains on {} that were not fitted, so none is named and nothing is corrected; what repeats all the same stands under {}.", parts_of(finding.channel), section_of_the_rest(finding.channel)),
             (false, _) if shape.spans_s.is_empty() => "Something is there that these readings do not explain: no effect of the library, and no function of the covariates, lowers the error on blocks that were not fitted. Nothing is corrected.".to_owned(),
             (false, _) => "Readings differ at times by more than noise; nothing that repeats predicts when, so no effect is named.".to_owned(),
             (true, Some((name, share))) if *share >= NEARLY_ALL => format!(
@@ -572,6 +576,14 @@ fn parts_of(channel: Channel) -> &'static str {
     match channel {
         Channel::VerticalForce => "flights",
         _ => "blocks",
+    }
+}
+
+/// The section that tells what trees still predict.
+fn section_of_the_rest(channel: Channel) -> &'static str {
+    match channel {
+        Channel::VerticalForce => "runners-up",
+        _ => "what remains",
     }
 }
 

@@ -154,6 +154,24 @@ fn a_finding_about_a_sensor_alone_is_flown_as_the_plain_air_with_a_note() {
 }
 
 #[test]
+fn an_effect_that_was_fitted_at_the_end_of_a_range_is_not_flown_in_silence() {
+    let written = |at_bound: &str| {
+        format!(
+            "Finding(effects: (recirculation: (speed_mps: 0.1, time_s: 300)), named: [(name: \"recirculation\", parameters: {{
+                \"e\": (value: 1.0, low: 0.9, high: 1.0, unit: \"1\"{at_bound}), \"u\": (value: 0.1, low: 0, high: 1, unit: \"m/s\"),
+            }})])"
+        )
+    };
+    let says = |written: &str| {
+        let notes = reading(written).unwrap().notes;
+        let mut notes = notes.iter();
+        notes.any(|note| note.contains("was fitted with e at the end of its range"))
+    };
+    assert!(says(&written(", at_bound: true")));
+    assert!(!says(&written("")));
+}
+
+#[test]
 fn faults_of_instruments_are_accepted_and_change_nothing() {
     let world = reading("Finding(verdict: library, effects: (), sensor: (gain: 0.1))").unwrap();
     assert_eq!(world.effects, Effects::default());

@@ -71,6 +71,18 @@ fn an_offset_that_all_flights_share_is_told_with_an_interval_that_its_tolerance_
 }
 
 #[test]
+fn nothing_is_named_with_which_held_out_flights_are_surely_predicted_worse() {
+    let one_of_two = found(|_, [x_m, _]| if x_m > 1.5 { 0.03 } else { 0.0 });
+    for taken in &one_of_two.taken {
+        let high = taken.r2_gained.map_or(0.0, |[_, _, high]| high);
+        assert!(high >= 0.0, "{taken:?}");
+    }
+    let effects = one_of_two.finding.effects.iter();
+    let mut parameters = effects.flat_map(|of| of.parameters.values());
+    assert!(parameters.all(|of| !of.at_bound));
+}
+
+#[test]
 fn what_stands_in_its_place_in_the_room_is_found_there() {
     let found = found(
         |_, [x_m, y_m]| match (0.05..1.0).contains(&x_m) && y_m > 0.0 {
@@ -127,7 +139,9 @@ fn what_is_taken_back_leaves_nothing_that_would_have_come_next() {
     let scatter = scatter(&forces, &every, 1.0 / RATE_HZ);
     let candidates = library(&forces, forces.alone);
     let setting = Setting::within(&forces, &scatter.noise, &candidates, [1e-6, TOLERANCE_N]);
-    let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS);
+    let none = forward(&setting, singles(&setting), MOST_EFFECTS, |_, _| false);
+    assert!(none.turns.is_empty() && none.selection.chosen.which.is_empty());
+    let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS, |_, _| true);
     assert!(!chosen.turns.is_empty() && chosen.next.is_some());
     chosen.withdraw();
     assert!(chosen.turns.is_empty() && chosen.next.is_none());

@@ -184,6 +184,34 @@ fn an_attitude_that_is_logged_late_is_a_lag_and_no_payload() {
 }
 
 #[test]
+fn what_follows_the_motion_far_below_its_own_frequency_is_no_swing() {
+    // A wall on one side pushes where the drone is near, at the pace of its own motion.
+    let wall: Acts =
+        |velocity, _, _, _| Vector2::new(0.5 * (-(velocity.x - 0.6).powi(2) / 0.1).exp(), 0.0);
+    let found = told(6, wall, (0.0, 1.0));
+    let swings =
+        |of: &&SidewaysEffect| of.name == SWING || of.alternatives.iter().any(|of| of == SWING);
+    assert!(
+        !found.effects.iter().any(|of| swings(&of)),
+        "{:?}",
+        found.effects
+    );
+}
+
+#[test]
+fn what_remains_beyond_noise_is_told_with_its_size() {
+    let found = told(7, NOTHING, (0.0, 1.0));
+    assert!(found.rms_after_mps2 < 1.4 * found.noise_mps2, "{found:?}");
+    // Half a minute of a gust in each flight, which nothing here has.
+    let gust: Acts = |_, _, t_s, flight| {
+        let at_s = t_s - 20.0 - 25.0 * flight as f64;
+        Vector2::new(0.6 * (-(at_s / 10.0).powi(2)).exp(), 0.0)
+    };
+    let found = told(7, gust, (0.0, 1.0));
+    assert!(found.rms_after_mps2 > 1.5 * found.noise_mps2, "{found:?}");
+}
+
+#[test]
 fn a_flight_without_an_attitude_says_so() {
     let mut flights: Vec<Recording> = (0..4)
         .map(|index| flight(index, 1, NOTHING, (0.0, 1.0)))

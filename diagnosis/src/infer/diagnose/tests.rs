@@ -386,6 +386,9 @@ fn no_sweep_of_time_or_azimuth_is_advised_and_probes_are_swapped() {
     for name in ["time s", "cos az", EXPECTED_READING] {
         assert!(!first(&[(name, 1.0)]).contains("sweep"), "{name}");
     }
+    let mut of_one_place = shape(&[("xi", 1.0)]);
+    of_one_place.curve = vec![(0.801, 0.0), (0.803, 1.0)];
+    assert!(!narrowing(&of_one_place)[0].contains("sweep"));
 }
 
 #[test]
@@ -436,4 +439,61 @@ fn what_settles_a_fault_of_a_receiver_needs_no_probe() {
             .iter()
             .all(|line| !line.contains("the probe") && !line.contains("second"))
     );
+}
+
+#[test]
+fn a_payload_that_throttle_alone_tells_and_a_term_cancels_is_withdrawn_with_it() {
+    let mut recording = read_as(19, |of, _| of.simulated);
+    let track = &mut recording.vehicles[0].track;
+    track.power_w = None;
+    let throttle = track.throttle_ratio.as_mut().expect("it is logged");
+    throttle.iter_mut().for_each(|ratio| *ratio *= 1.2);
+    let found = diagnose(&recording).expect("comparable");
+    assert_eq!(named(&found), [""; 0]);
+    let withdrawn = found.withdrawn.expect("it was named");
+    assert_eq!(withdrawn.effects[0].name, "payload_mass");
+    assert!(withdrawn.effects.len() > 1, "{withdrawn:?}");
+    assert_eq!(found.correction, Hypothesis::default());
+}
+
+#[test]
+fn a_receivers_load_that_its_power_tells_stands_beside_the_fault_of_an_instrument() {
+    let mut recording = passing(20, 0.0);
+    let root: f64 = 1.2_f64.sqrt();
+    for row in &mut recording.receivers {
+        row.throttle_ratio *= root;
+    }
+    let found = diagnose(&recording).expect("comparable");
+    assert!(
+        found.effects[0].name.starts_with("sensor_"),
+        "{:?}",
+        named(&found)
+    );
+    assert!(
+        !found.effects[0]
+            .alternatives
+            .contains(&"payload_mass".to_owned())
+    );
+    let [emitter, receiver] = &mut recording.vehicles[..] else {
+        panic!("an emitter and a receiver");
+    };
+    // As the emitter's, for another mass.
+    let times = |column: &Option<Vec<f64>>, factor: f64| {
+        let column = column.as_ref().expect("it is logged").iter();
+        Some(column.map(|value| value * factor).collect())
+    };
+    receiver.track.throttle_ratio = times(&emitter.track.throttle_ratio, root);
+    receiver.track.power_w = times(&emitter.track.power_w, root.powi(3));
+    let found = diagnose(&recording).expect("comparable");
+    assert!(
+        found.effects[0].name.starts_with("sensor_"),
+        "{:?}",
+        named(&found)
+    );
+    assert!(
+        found.effects[0]
+            .alternatives
+            .contains(&"payload_mass".to_owned())
+    );
+    assert!(found.advice.iter().any(|line| line.contains("scale")));
 }

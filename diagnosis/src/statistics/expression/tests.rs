@@ -121,3 +121,26 @@ fn numbers_are_written_with_three_digits() {
         .collect();
     assert_eq!(written, ["0.315", "1235", "-0.05", "2", "3.20e-7"]);
 }
+
+#[test]
+fn what_is_printed_divides_by_what_was_fitted() {
+    let divides = FUNCTIONS
+        .iter()
+        .position(|of| of.text == "/ X")
+        .expect("it is one");
+    let factor = |coordinate, function| Factor {
+        coordinate,
+        function,
+        constant: 1.0,
+    };
+    let expression = Expression {
+        form: Form {
+            factors: vec![factor(0, divides), factor(1, 0)],
+            has_constant: false,
+        },
+        coefficient: 2.0,
+        constant: 0.0,
+        letters: vec!["U2/U1".to_owned(), "v_z".to_owned()],
+    };
+    assert_eq!(expression.to_string(), "2 v_z / (U2/U1)");
+}

@@ -139,7 +139,7 @@ fn finding(seed: u64) -> Finding {
         remains: Remains {
             gain: random.between(-50.0, 50.0),
             gain_error: 5.0,
-            is_sure: shape.is_none() && random.uniform() < 0.3,
+            is_sure: random.uniform() < 0.3,
             rms: 0.1,
             share: 0.2,
             description: "xi 0.10 to 0.90".into(),
@@ -189,6 +189,18 @@ fn errors_above_the_noise_floor_are_not_called_noise() {
         !calls_it_noise || finding.verdict == Verdict::None && is_noise
     });
     holds(|finding, text| !finding.remains.is_sure || !text.contains("Nowhere: what is left"));
+    holds(|finding, text| !is_unquiet(finding) || !text.contains("Nothing is missing that would"));
+}
+
+#[test]
+fn nothing_is_said_not_to_repeat_beside_what_does() {
+    holds(|finding, text| {
+        let denies = [
+            "nothing that repeats predicts",
+            "no function of the covariates",
+        ];
+        !finding.remains.is_sure || !denies.iter().any(|words| text.contains(words))
+    });
 }
 
 #[test]
