@@ -381,8 +381,8 @@ impl Differences<'_> {
         let there = (self.judged_by.zip(there_s))
             .and_then(|((scene, near), t_s)| air::at(scene, near, k, t_s));
         let (mean_mps, strongest) = there.unwrap_or((0.0, None));
-        // Where all that it meets is within the slack, which hides what is that faint, any moment of
-        // its flight will do.
+        // Where all that it meets is within the slack, which hides what is that faint, any moment
+        // of its flight will do.
         let (takes_off_s, until_s) = self.file.plan.drones[k].airborne_s;
         let flies = |t_s: f64| takes_off_s <= t_s && until_s.is_none_or(|until_s| t_s <= until_s);
         let is_highest = met.worst_air_mps > 0.0

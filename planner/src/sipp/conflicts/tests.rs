@@ -74,8 +74,8 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
     assert!(past.too_careful < past.tried / 10, "{past:?}");
 }
 
-/// Tables let advected wakes pass up to a greater share of a budget: the costmap, which bounds depth
-/// and distance apart, refutes few of these steps.
+/// Tables let advected wakes pass up to a greater share of a budget: the costmap, which bounds
+/// depth and distance apart, refutes few of these steps.
 #[test]
 fn few_steps_that_advected_wakes_forbid_are_free_in_the_crowd() {
     let past = past_one_another(true);
