@@ -100,7 +100,9 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let alone = agent.alone_ticks;
     // It sinks as late as its motion takes to begin, which is no whole number of ticks.
     let sinks_later_s = match (&agent.smoothing, agent.ending) {
-        (Some(it), Ending::Land { .. }) => Tick(it.lead_ticks()).seconds() - it.kernel.half_s(),
+        (Some(it), Ending::Land { .. }) if legs.iter().any(|leg| leg.flying) => {
+            Tick(it.lead_ticks()).seconds() - it.kernel.half_s()
+        }
         _ => 0.0,
     };
     entry.arrives_s = rounded(arrives.seconds() + sinks_later_s);

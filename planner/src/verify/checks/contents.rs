@@ -34,10 +34,6 @@ const LANDING_M: f64 = 0.01;
 /// The same where a drone starts landed (m), chosen here: pads are measured to a few centimetres.
 const SUPPORT_M: f64 = 0.05;
 
-/// How much later than its trajectory ends a drone that has landed or left may be said to be in the
-/// air (s), chosen here: what a planner may round.
-const AIRBORNE_LATER_S: f64 = 0.02;
-
 /// Margins that can be judged (s, m), chosen here: more than drones fly with, and few enough
 /// shifts.
 const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
@@ -490,13 +486,10 @@ fn airborne_doubts(
                 "it is said to be airborne until {until_s:.3} s only, before its last time"
             ));
         }
-        AtEnd::Land | AtEnd::Leave if until_s > trajectory.last_s() + AIRBORNE_LATER_S => {
-            let (until, last_s) = match until_s.is_finite() {
-                true => (format!("until {until_s:.3} s"), trajectory.last_s()),
-                false => ("for good".to_owned(), trajectory.last_s()),
-            };
+        AtEnd::Land | AtEnd::Leave if until_s.is_infinite() => {
+            let last_s = trajectory.last_s();
             doubts.push(format!(
-                "it is said to be airborne {until}, its trajectory ends at {last_s:.3} s"
+                "it is said to be airborne for good, its trajectory ends at {last_s:.3} s"
             ));
         }
         AtEnd::Land if until_s.is_finite() && !rests() => {
