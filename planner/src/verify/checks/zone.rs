@@ -34,8 +34,9 @@ const TOLD: f64 = 1.02;
 /// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
 /// is told to one step.
 const STEP_PATH_M: f64 = 0.1;
-/// A part of box and time this small is judged by its middle and its corners (m), chosen here: a
-/// tenth of the half-width of the narrowest wake known here.
+/// A part of box and time this small is judged by its middle, and by those of its corners that are
+/// on the zone's surface (m), chosen here: a tenth of the half-width of the narrowest wake known
+/// here.
 const SMALLEST_M: f64 = 1e-2;
 /// Spans in which the wake of a drone that climbs or sinks is bounded within its margin of time,
 /// chosen here: 0.2 s at 2 m/s are then 5 cm of depth each.
@@ -717,6 +718,11 @@ fn corners_m(places_m: &Places) -> impl Iterator<Item = Point3<f64>> {
     })
 }
 
+/// Whether a place within a box is on one of its faces (m).
+fn is_on_surface(place_m: &Point3<f64>, (low_m, high_m): &Places) -> bool {
+    (0..3).any(|axis| place_m[axis] == low_m[axis] || place_m[axis] == high_m[axis])
+}
+
 /// An upper bound of both together (m/s).
 fn finished_mps(how: Superposition, (above, along_mps): (f64, f64)) -> f64 {
     how.finish(above).hypot(along_mps)
@@ -1128,9 +1134,11 @@ impl Field<'_> {
         let mut open = BinaryHeap::from([rank(&parts[0], 0)]);
         let mut best: Option<Peak> = None;
         let mut open_mps = 0.0_f64;
+        // Corners cost as much as parts.
+        let mut looked = 0;
         while let Some((_, Reverse(number))) = open.pop() {
             let part = parts[number];
-            let made = parts.len() - 1;
+            let made = parts.len() - 1 + looked;
             let violated = best.is_some_and(|peak| peak.air_mps > VIOLATED * limit_mps);
             let enough_mps = CLEARED * best.map_or(limit_mps, |peak| peak.air_mps.max(limit_mps));
             if part.high_mps <= enough_mps || violated && made > above.once_violated {
@@ -1172,13 +1180,11 @@ impl Field<'_> {
             let extent_m = part.places_m.1 - part.places_m.0;
             let path_m = speed_mps * (part.span_s.1 - part.span_s.0);
             if extent_m.max().max(path_m) <= SMALLEST_M {
-                // The air is highest where it comes nearest to a wake: at a corner of the zone
+                // The air is highest where it comes nearest to a wake: at the surface of the zone
                 // rather than within it.
-                for corner in corners_m(&part.places_m) {
-                    look(part.span_s.0, corner);
-                    if path_m > 0.0 {
-                        look(part.span_s.1, corner);
-                    }
+                for corner in corners_m(&part.places_m).filter(|it| is_on_surface(it, places_m)) {
+                    looked += 1;
+                    look(t_s, corner);
                 }
                 continue;
             }
@@ -1199,7 +1205,7 @@ impl Field<'_> {
         Search {
             peak: best.filter(|peak| peak.air_mps > VIOLATED * limit_mps),
             at_most_mps: best.map_or(open_mps, |peak| peak.air_mps.max(open_mps)),
-            parts: parts.len() - 1,
+            parts: parts.len() - 1 + looked,
         }
     }
 }
