@@ -104,6 +104,12 @@ impl<'a> Heuristic<'a> {
         })
     }
 
+    /// Whether wakes fill their columns on the way to some waypoint, so that it looks at the floor.
+    pub(super) fn looks_at_the_floor(&self) -> bool {
+        let mut ahead = self.waypoints.iter().flatten();
+        ahead.any(|it| matches!(it.map, Map::Floor(_)))
+    }
+
     /// Ticks from a place to the end of the last dwell at least, and whether that is final.
     pub(super) fn at_least(&self, waypoint: usize, from: Vertex) -> (u32, bool) {
         let roadmap = self.setting.roadmap;

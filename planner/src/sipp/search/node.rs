@@ -20,6 +20,10 @@ use crate::sipp::conflicts::ReservationTable;
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
+    /// Which place.
+    vertex: Vertex,
+    /// Its node.
+    node: usize,
     /// When it was reached.
     from: Tick,
     /// Until when it is free to hover at; `None`: no drone has asked.
@@ -30,7 +34,7 @@ struct Visit {
     heading: Heading,
     /// As of the state.
     turned: Tick,
-    /// The visit before at the same place.
+    /// The visit before at the same place, or in the same column.
     before: u32,
 }
 
@@ -48,8 +52,8 @@ struct Node {
     remaining: u32,
     /// Whether that is more than a bound.
     is_final: bool,
-    /// Its last visit.
-    last: u32,
+    /// Its last visit is there in `last`: one for each place, or for each column.
+    visited: u32,
 }
 
 /// Which headings of a drone at a place count as one.
@@ -77,10 +81,17 @@ pub(super) struct Nodes<'a> {
     flying: ScratchBuffer,
     /// On the ground, where it starts, and after the last waypoint, where it ends.
     standing: FxHashMap<(Vertex, u16, bool), usize>,
+    /// By waypoint and column, one more than where its last visit is in `last`, where wakes fill
+    /// their columns: where a drone is in one hardly matters to others, nor they to it, so that
+    /// safe intervals are those of the column, and whoever is farther from the end and comes no
+    /// earlier is no news. Empty where they do not.
+    columns: ScratchBuffer,
     /// By index; `flying` and `standing` lead here.
     all: Vec<Node>,
     /// Those of all places.
     visits: Vec<Visit>,
+    /// The last visit of each place or column.
+    last: Vec<u32>,
     /// Which headings count as one.
     pub(super) haste: Haste,
     /// By node, who is in the way of hovering there, whenever, where a drone has asked.
@@ -95,8 +106,14 @@ impl<'a> Nodes<'a> {
         refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
+        let floor = match heuristic.looks_at_the_floor() {
+            true => column_count(setting) * agent.waypoints.len(),
+            false => 0,
+        };
         Nodes {
             heuristic,
+            columns: ScratchBuffer::new(floor),
+            last: Vec::new(),
             setting,
             agent,
             refuted,
@@ -119,7 +136,8 @@ impl<'a> Nodes<'a> {
         let key = (label.vertex, label.waypoint, label.grounded);
         let known = *self.standing.entry(key).or_insert(next);
         if known == next {
-            self.add(label.waypoint, label.vertex);
+            let visited = self.unvisited();
+            self.add(label.waypoint, label.vertex, visited);
         }
         known
     }
@@ -131,18 +149,41 @@ impl<'a> Nodes<'a> {
         if known > 0 {
             return known as usize - 1;
         }
-        self.add(waypoint, vertex);
+        let visited = self.visited(waypoint, vertex);
+        self.add(waypoint, vertex, visited);
         self.flying.set(index, self.all.len() as u32);
         self.all.len() - 1
     }
 
+    /// Where in `last` the visits of a place are, or of its column.
+    fn visited(&mut self, waypoint: u16, vertex: Vertex) -> u32 {
+        let lattice = self.setting.roadmap.lattice();
+        if self.columns.is_empty() || vertex as usize >= lattice.place_count() {
+            return self.unvisited();
+        }
+        let column = lattice.column(vertex) + column_count(self.setting) * usize::from(waypoint);
+        let known = self.columns.get(column as u32);
+        if known > 0 {
+            return known - 1;
+        }
+        let visited = self.unvisited();
+        self.columns.set(column as u32, visited + 1);
+        visited
+    }
+
+    /// Where no visit is yet.
+    fn unvisited(&mut self) -> u32 {
+        self.last.push(NEVER);
+        self.last.len() as u32 - 1
+    }
+
     /// A node, with what is known of its way on.
-    fn add(&mut self, waypoint: u16, vertex: Vertex) {
+    fn add(&mut self, waypoint: u16, vertex: Vertex, visited: u32) {
         let (remaining, is_final) = self.heuristic.at_least(usize::from(waypoint), vertex);
         self.all.push(Node {
             remaining,
             is_final,
-            last: NEVER,
+            visited,
         });
     }
 
@@ -179,8 +220,11 @@ impl<'a> Nodes<'a> {
     /// Notes that a place is reached by a state.
     pub(super) fn visit(&mut self, node: usize, label: &Label) {
         let next = self.visits.len() as u32;
-        let before = std::mem::replace(&mut self.all[node].last, next);
+        let last = &mut self.last[self.all[node].visited as usize];
+        let before = std::mem::replace(last, next);
         self.visits.push(Visit {
+            vertex: label.vertex,
+            node,
             from: label.at,
             to: None,
             met: label.met,
@@ -190,21 +234,23 @@ impl<'a> Nodes<'a> {
         });
     }
 
-    /// When a place was reached, the last time first.
+    /// When a place or its column was reached, the last time first.
     fn visits(&self, node: usize) -> impl Iterator<Item = &Visit> + '_ {
-        let last = self.visits.get(self.all[node].last as usize);
+        let last = self.last[self.all[node].visited as usize];
+        let last = self.visits.get(last as usize);
         std::iter::successors(last, |visit| self.visits.get(visit.before as usize))
     }
 
     /// Whether a state is known to be no news.
     pub(super) fn is_covered(&self, node: usize, label: &Label) -> bool {
-        let mut visits = self
-            .visits(node)
+        let remaining = self.all[node].remaining;
+        let mut visits = (self.visits(node))
+            .filter(|visit| visit.vertex == label.vertex || self.remaining(visit.node) <= remaining)
             .filter(|visit| self.may_do_as(visit, label));
         match label.step {
             Step::Later | Step::End => false,
             // A wait is news though its place is free: a drone will have passed elsewhere.
-            Step::Wait => visits.any(|visit| visit.from == label.at),
+            Step::Wait => visits.any(|it| it.vertex == label.vertex && it.from == label.at),
             _ => visits.any(|visit| {
                 visit.from == label.at
                     || visit.from < label.at && visit.to.is_some_and(|to| label.at <= to)
@@ -236,13 +282,17 @@ impl<'a> Nodes<'a> {
 
     /// Whether a state can as well be reached by waiting there.
     pub(super) fn is_reached(&mut self, node: usize, label: &Label, met: &Met) -> bool {
-        let mut next = self.all[node].last as usize;
+        let mut next = self.last[self.all[node].visited as usize] as usize;
         while label.step != Step::Wait
             && let Some(&visit) = self.visits.get(next)
         {
             if visit.to.is_none() && visit.from < label.at {
                 let gives_way = |drone| met.has(visit.met, drone);
-                let to = self.free_until(node, label, visit.from, gives_way).0;
+                let there = Label {
+                    vertex: visit.vertex,
+                    ..*label
+                };
+                let to = self.free_until(visit.node, &there, visit.from, gives_way).0;
                 self.visits[next].to = Some(to);
             }
             next = visit.before as usize;
@@ -314,4 +364,10 @@ impl<'a> Nodes<'a> {
             verdict
         })
     }
+}
+
+/// Columns of the floor.
+fn column_count(setting: Setting<'_>) -> usize {
+    let [nx, ny, _] = setting.roadmap.lattice().counts();
+    nx * ny
 }
