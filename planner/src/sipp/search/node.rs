@@ -106,13 +106,15 @@ impl<'a> Nodes<'a> {
         refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
-        let floor = match heuristic.looks_at_the_floor() {
+        // Those who are under way look at every way out.
+        let by_column = heuristic.looks_at_the_floor() && setting.under_way.is_empty();
+        let columns = match by_column {
             true => column_count(setting) * agent.waypoints.len(),
             false => 0,
         };
         Nodes {
             heuristic,
-            columns: ScratchBuffer::new(floor),
+            columns: ScratchBuffer::new(columns),
             last: Vec::new(),
             setting,
             agent,
