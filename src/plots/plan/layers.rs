@@ -142,10 +142,8 @@ pub(super) fn drones(
                 let (colour, _) = line_style(index);
                 let arrows = arrows(&bends(view, drone), 3.2 + width);
                 canvas.path(&arrows, &fill(colour, 1.0));
-                let last_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
                 let of_drone = stops.get(index).into_iter().flatten();
-                // Where it ends stands its goal.
-                for stop in of_drone.filter(|stop| stop.until_s < last_s) {
+                for stop in of_drone.filter(|stop| goes_on(drone, stop)) {
                     let at = view.at(&stop.at_m);
                     let bars = [-2.4, 2.4].map(|x_px| {
                         polyline([(at.0 + x_px, at.1 - 4.5), (at.0 + x_px, at.1 + 4.5)])
@@ -188,6 +186,13 @@ fn arrows(bends: &[Spot], size_px: f64) -> String {
         Some(polyline([at(1.2, 0.0), at(-0.8, 0.9), at(-0.8, -0.9)]) + "z")
     });
     heads.collect()
+}
+
+/// Whether a drone moves again after a stop; where it does not stands its goal.
+fn goes_on(drone: &DronePlan, stop: &Stop) -> bool {
+    let path = &drone.trajectory;
+    let mut after = path.t_s.iter().zip(&path.position_m);
+    after.any(|(t_s, at_m)| *t_s > stop.until_s && (at_m - stop.at_m).norm() > CURVE_M)
 }
 
 /// A stop in the words of plan.html.
