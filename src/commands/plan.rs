@@ -237,7 +237,7 @@ fn deliver(
     ];
     printed.files = files::write_below(&out.path, texts)?;
     // The plan first: pictures of it are drawn when it is safe on the disk.
-    let mut pictures = vec![("plan.svg".to_owned(), plots::plan::draw(plan))];
+    let mut pictures = vec![("plan.svg".to_owned(), plots::plan::draw(plan, Some(world)))];
     let view = View::of(plan, Some(world));
     if !arguments.no_page {
         let page = view.page(None);

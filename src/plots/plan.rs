@@ -9,8 +9,9 @@ mod layers;
 mod view;
 mod wakes;
 
-use planner::Outline;
 use planner::plan::{AtEnd, AtStart, DronePlan, Plan};
+use planner::{Outline, World};
+use viewer::Stop;
 
 use super::canvas::{Canvas, MARGIN, circle, fill, polyline, rectangle, solid, stroke};
 use super::colours::{AIR, PAPER, SERIES, WORST};
@@ -27,8 +28,15 @@ const RIGHT_PX: f64 = 36.0;
 /// Title and legend want this much, however narrow the drawing.
 const NARROWEST_SHEET_PX: f64 = 760.0;
 
-/// Draws the plan.
-pub(crate) fn draw(plan: &Plan) -> String {
+/// Draws the plan; with its world dwells and waits are told apart.
+pub(crate) fn draw(plan: &Plan, world: Option<&World>) -> String {
+    let marked = match plan.drones.len() {
+        drones @ ..=layers::MARKED_UP_TO => 0..drones,
+        _ => 0..0,
+    };
+    let stops: Vec<_> = marked
+        .map(|drone| viewer::stops(plan, world, drone))
+        .collect();
     let views = views(&plan.bounds_m);
     let side = views[1].chart.area;
     let (worst, wakes) = (worst_moment(plan), hovering_wakes(plan));
@@ -40,7 +48,7 @@ pub(crate) fn draw(plan: &Plan) -> String {
     let title = (&title(plan)[..], &subtitle(plan, worst.as_ref())[..]);
     let (mut canvas, sheet) = Canvas::new(size, title, &defs);
     for view in &views {
-        draw_view(&mut canvas, view, plan, (&wakes, worst.as_ref()));
+        draw_view(&mut canvas, view, (plan, &stops), (&wakes, worst.as_ref()));
     }
     let above = side.bottom() + 50.0 - sheet.top;
     let below = sheet.inset([MARGIN, above, MARGIN, 0.0]);
@@ -51,7 +59,7 @@ pub(crate) fn draw(plan: &Plan) -> String {
 fn draw_view(
     canvas: &mut Canvas,
     view: &View,
-    plan: &Plan,
+    (plan, stops): (&Plan, &[Vec<Stop>]),
     (wakes, worst): (&[Outline], Option<&WorstMoment>),
 ) {
     view.chart.grid(canvas);
@@ -63,7 +71,7 @@ fn draw_view(
         }
     });
     let mut labels = Labels::within(view.chart.area);
-    layers::drones(canvas, view, plan, &mut labels);
+    layers::drones(canvas, view, (plan, stops), &mut labels);
     if let Some(worst) = worst {
         wakes::draw_worst(canvas, view, worst);
     }
@@ -170,13 +178,16 @@ mod tests {
 
     #[test]
     fn the_same_plan_draws_the_same_picture() {
-        assert_eq!(draw(&sample::warehouse()), draw(&sample::warehouse()));
+        assert_eq!(
+            draw(&sample::warehouse(), None),
+            draw(&sample::warehouse(), None)
+        );
     }
 
     #[test]
     fn every_drone_is_drawn_in_both_views_and_every_tag_is_closed() {
         for plan in [sample::warehouse(), sample::hall(200)] {
-            let text = draw(&plan);
+            let text = draw(&plan, None);
             for drone in &plan.drones {
                 assert_eq!(
                     text.matches(&format!("<title>{}:", drone.name)).count(),
@@ -191,9 +202,29 @@ mod tests {
     }
 
     #[test]
+    fn a_drone_that_stays_does_not_arrive_and_a_dwell_is_no_wait() {
+        let text = r#"Scenario(name: "desk", bounds_m: (min: (0, 0, 0), max: (20, 10, 6)),
+            zones: [(name: "desk", min_m: (8, 3, 0), max_m: (11, 6, 2), air_limit_mps: 1.5)],
+            drones: [
+                (name: "a", airframe: "kolibri", start_m: (1, 5, 1), tasks: [(to_m: (9, 5, 1), dwell_s: 5)]),
+                (name: "b", airframe: "offboard-1", start_m: (18, 9, 2), tasks: [(to_m: (2, 9, 2), dwell_s: 2),
+                    (to_m: (18, 9, 2))]),
+            ])"#;
+        let world = planner::read_world(text).expect("in order");
+        let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        let text = draw(&plan, Some(&world));
+        let titles: Vec<&str> = text.split("<title>").skip(1).collect();
+        let told = |what: &str| titles.iter().filter(|it| it.starts_with(what)).count();
+        assert_eq!(told("a: kolibri, stays<"), 2, "{titles:?}");
+        assert_eq!(told("b dwells 2.0 s from t = "), 2, "{titles:?}");
+        assert_eq!(told("b waits"), 0, "{titles:?}");
+    }
+
+    #[test]
     fn names_are_escaped() {
         let mut plan = sample::warehouse();
         plan.scenario = "a<b & \"c\"".into();
-        assert!(draw(&plan).contains("a&lt;b &amp; &quot;c&quot;"));
+        assert!(draw(&plan, None).contains("a&lt;b &amp; &quot;c&quot;"));
     }
 }

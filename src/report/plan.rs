@@ -182,19 +182,30 @@ fn zones(plan: &Plan) -> Vec<String> {
                 }
             }
         };
-        let through = match &zone.entered_by[..] {
-            [] => String::new(),
-            [one] => {
-                format!("; `{one}` flies through it: where there are people, write keep_out: true")
-            }
-            [one, more @ ..] => format!(
-                "; `{one}` and {} more fly through it: where there are people, write keep_out: true",
-                more.len()
-            ),
+        let (flying, staying): (Vec<_>, Vec<_>) =
+            zone.entered_by.iter().partition(|name| moves(plan, name));
+        let of = |names: &[&String], verbs: [&str; 2]| match *names {
+            [] => None,
+            [one] => Some(format!("`{one}` {}", verbs[0])),
+            [one, ref more @ ..] => Some(format!("`{one}` and {} more {}", more.len(), verbs[1])),
         };
-        format!("Zone {}: {air}{through}.", zone.zone)
+        let through = of(&flying, ["flies through it", "fly through it"]);
+        let inside = of(&staying, ["is in it", "are in it"]);
+        let bodies = joined(through.into_iter().chain(inside), ", ");
+        let bodies = match bodies.is_empty() {
+            true => bodies,
+            false => format!("; {bodies}: where there are people, write keep_out: true"),
+        };
+        format!("Zone {}: {air}{bodies}.", zone.zone)
     };
     plan.zone_air.iter().map(line).collect()
+}
+
+/// Whether a drone is ever elsewhere than at its start.
+fn moves(plan: &Plan, name: &str) -> bool {
+    let drone = plan.drones.iter().find(|it| it.name == name);
+    let places_m = drone.map_or(&[][..], |it| &it.trajectory.position_m);
+    places_m.iter().any(|place_m| *place_m != places_m[0])
 }
 
 /// For whom and where drones wait most.
@@ -358,6 +369,12 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         let told = &zones(&plan)[0];
         assert!(told.ends_with(
             "; `k1` and 1 more fly through it: where there are people, write keep_out: true."
+        ));
+        // It stands where it is all the time.
+        plan.zone_air = vec![air(&["k1", "m2"])];
+        let told = &zones(&plan)[0];
+        assert!(told.ends_with(
+            "; `k1` flies through it, `m2` is in it: where there are people, write keep_out: true."
         ));
     }
 

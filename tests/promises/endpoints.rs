@@ -158,6 +158,22 @@ fn what_is_advised_to_mend_starts_was_planned() {
 }
 
 #[test]
+fn where_the_nearest_start_does_not_do_one_to_another_side_is_advised() {
+    // Up is nearest, and does not do at any distance that is tried.
+    let text = r#"Scenario(name: "beside", bounds_m: (min: (0, 0, 0), max: (12, 8, 9)), drones: [
+        (name: "a", airframe: "kolibri", start_m: (4, 4, 2), tasks: [(to_m: (9, 2, 2))]),
+        (name: "b", airframe: "crazyflie-2.1", start_m: (4.04, 4, 2.3), tasks: [(to_m: (9, 6, 3))])])"#;
+    let mut world = planner::read_world(text).unwrap();
+    let plan = |world: &World| planner::plan_world(world, &planner::Control::QUIET).unwrap();
+    let planner::Outcome::Infeasible { conflicts } = plan(&world) else {
+        panic!("planned too near to one another");
+    };
+    let place_m = only(&conflicts.worst).nearest_fix_m;
+    world.drones[1].start_m = place_m.expect("a place to the side");
+    assert!(matches!(plan(&world), planner::Outcome::Safe(_)));
+}
+
+#[test]
 fn nothing_is_advised_for_starts_that_was_not_planned() {
     // Two whose starts alone could be mended, and a third that is walled in.
     let text = r#"Scenario(name: "walled", bounds_m: (min: (0, 0, 0), max: (20, 20, 8)),

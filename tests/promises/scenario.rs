@@ -359,6 +359,40 @@ fn the_nearest_free_place_that_an_error_names_is_free() {
     }
 }
 
+#[test]
+fn a_start_in_mid_air_beside_an_obstacle_is_told_as_both_with_no_margin_that_does_not_help() {
+    let text = |airframe: &str, start: &str, planning: &str| {
+        format!(
+            r#"(name: "m", bounds_m: (min: (0, 0, 0), max: (12, 12, 9)),
+            obstacles: [(name: "rack", min_m: (4, 4, 0), max_m: (4.9, 6, 2))],
+            drones: [(name: "a", airframe: "{airframe}", start_m: {start}, at_start: Landed, tasks: [(to_m: (9, 9, 3))])],
+            planning: ({planning}))"#
+        )
+    };
+    for (airframe, start) in [
+        ("matrice-300", "(5, 5, 2.7137)"),
+        ("kolibri", "(4.95, 5, 2.1)"),
+    ] {
+        let text = text(airframe, start, "");
+        let problems = read_world_with(&text, &Files::new(&files)).unwrap_err();
+        let told: Vec<&str> = problems.iter().map(|it| it.message.as_str()).collect();
+        let (air, beside) = (
+            "`a` starts landed in mid-air",
+            "`a` starts too near to obstacle `rack`",
+        );
+        assert_eq!(told, [air, beside]);
+        let fits = |it: &Problem| it.help.as_deref().is_some_and(|it| it.contains("fits"));
+        assert!(!problems.iter().any(fits), "{problems:?}");
+    }
+    // Where a margin is all there is, what is named is taken.
+    let beside = text("kolibri", "(5, 5, 0.08)", "");
+    let problems = read_world_with(&beside, &Files::new(&files)).unwrap_err();
+    let help = problems[0].help.as_deref().unwrap();
+    let planning = help.split_once("planning: (").unwrap().1;
+    let planning = planning.split_once(") fits").unwrap().0;
+    world(&text("kolibri", "(5, 5, 0.08)", planning));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 

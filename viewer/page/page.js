@@ -475,7 +475,7 @@ const build = () => {
   const row = (name, id) => { add('dt', name, list); const it = add('dd', '', list); it.id = id; return it; };
   row('airframe').textContent = chosen.airframe;
   row('now', 'doing'); row('air', 'air'); row('altitude', 'altitude'); row('speed', 'speed');
-  row('arrives').textContent = `${number(chosen.arrives_s)} s, waits ${number(chosen.waits_s)} s`;
+  row('arrives').textContent = chosen.unplanned ? 'stays' : `${number(chosen.arrives_s)} s, waits ${number(chosen.waits_s)} s`;
   row('worst air').textContent = chosen.worst_air_mps >= 0.05 ? `${number(chosen.worst_air_mps)} of ${number(limitMps(chosen, chosen.worst_air_at_s ?? 0))} m/s` : 'none';
   row('extra energy').textContent = '+' + number(chosen.extra_energy_percent) + ' %';
   row('may be late').textContent = chosen.may_be_late_s === null ? 'not asked' : chosen.may_be_late_s >= 3 ? '3 s or more' : number(chosen.may_be_late_s, 2) + ' s';

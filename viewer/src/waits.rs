@@ -16,7 +16,7 @@ use crate::air::AirOfPlan;
 const MOST_SAMPLES: f64 = 80_000.0;
 /// Between two moments (s), at least and at most: chosen here.
 const STEP_S: [f64; 2] = [0.1, 0.6];
-/// A stop between two moves that is this long is told (s), as in plan.svg.
+/// A stop between two moves that is this long is told (s), chosen here: half a step of a cell.
 const WAITS_FROM_S: f64 = 0.25;
 /// How far beyond a wait its cause is looked for (s), chosen here: two crossings take less.
 const CAUSE_WITHIN_S: f64 = 15.0;

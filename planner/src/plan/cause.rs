@@ -132,6 +132,12 @@ pub enum Extent {
         /// Smallest spacing of a lattice on which a budget ended (m).
         cell_m: f64,
     },
+    /// Planning was stopped before.
+    #[error("not found on cells down to {cell_m} m when planning was stopped")]
+    Stopped {
+        /// Spacing of the finest lattice that was looked at (m).
+        cell_m: f64,
+    },
 }
 
 impl Extent {
@@ -139,7 +145,9 @@ impl Extent {
     pub fn cell_m(&self) -> f64 {
         match *self {
             Extent::Proven => 0.0,
-            Extent::NotFound { cell_m } | Extent::BudgetEnded { cell_m, .. } => cell_m,
+            Extent::NotFound { cell_m }
+            | Extent::BudgetEnded { cell_m, .. }
+            | Extent::Stopped { cell_m } => cell_m,
         }
     }
 }

@@ -127,7 +127,7 @@ pub struct ZoneAir {
     /// When (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_air_at_s: Option<f64>,
-    /// Drones whose bodies pass through it, where it does not keep them out.
+    /// Drones whose bodies pass through it or are in it, where it does not keep them out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub entered_by: Vec<String>,
 }

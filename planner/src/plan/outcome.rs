@@ -191,6 +191,12 @@ impl EndpointConflict {
             EndpointKind::Starts | EndpointKind::Goals => self.task_of(tasks),
         }
     }
+
+    /// The drone that suffers, and at which task that is due, from 0.
+    pub(crate) fn place(&self) -> (usize, Option<usize>) {
+        let task = self.meeting.and_then(|it| it.task);
+        (self.drone, task.map(|task| task - 1))
+    }
 }
 
 /// Two tasks at which drones are at one time, or a task and a place where another stays for good.

@@ -416,18 +416,10 @@ impl Check {
 }
 
 impl Misplaced {
-    /// The gaps to obstacles with which a place would do that is too near to one for those there
-    /// are, as they are typed.
+    /// The gaps to obstacles with which a place is in order that is too near to one for those
+    /// there are, as they are typed.
     fn bearable_gap(&self, world: &World) -> Option<String> {
-        let Misfit::Obstacle { distance_m, .. } = self.why else {
-            return None;
-        };
-        let body_m = world.drones[self.drone].vehicle.body_radius_m;
-        // To the millimetre, downwards.
-        let bears_m = ((distance_m - body_m) * 1e3 + 1e-6).floor() / 1e3;
-        if self.spot == Spot::Landing || bears_m < 0.0 {
-            return None;
-        }
+        let bears_m = self.bears_m?;
         let planning = &world.planning;
         let gaps = [
             ("clearance_m", planning.clearance_m),

@@ -30,6 +30,8 @@ pub struct Misplaced {
     /// A place near it that is in order, to the centimetre, if there is one. For a landing: where
     /// its last task should be.
     pub nearest_m: Option<Point3<f64>>,
+    /// A gap to obstacles (m) that is smaller than the world's, with which it is in order there.
+    pub bears_m: Option<f64>,
 }
 
 /// Which of a drone's places.
@@ -69,69 +71,94 @@ pub enum Misfit {
 
 /// Every place at which a drone of this world cannot be, in the order of the drones.
 pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
+    let drones = 0..world.drones.len();
+    let mut found: Vec<Misplaced> = drones
+        .flat_map(|drone| misplaced_of(world, solids, drone))
+        .collect();
+    let mut closer: Option<World> = None;
+    for it in &mut found {
+        let Some(gap_m) = bearable_gap_m(world, it) else {
+            continue;
+        };
+        let closer = closer.get_or_insert_with(|| world.clone());
+        closer.planning.clearance_m = world.planning.clearance_m.min(gap_m);
+        closer.planning.margins.tracking_m = world.planning.margins.tracking_m.min(gap_m);
+        let mut still = misplaced_of(closer, solids, it.drone).into_iter();
+        it.bears_m = (!still.any(|other| other.spot == it.spot)).then_some(gap_m);
+    }
+    found
+}
+
+/// The gap to obstacles (m) that a place leaves which is too near to one, to the millimetre.
+fn bearable_gap_m(world: &World, found: &Misplaced) -> Option<f64> {
+    let Misfit::Obstacle { distance_m, .. } = found.why else {
+        return None;
+    };
+    let body_m = world.drones[found.drone].vehicle.body_radius_m;
+    // Downwards.
+    let gap_m = ((distance_m - body_m) * 1e3 + 1e-6).floor() / 1e3;
+    (found.spot != Spot::Landing && gap_m >= 0.0).then_some(gap_m)
+}
+
+/// Every place at which one drone cannot be, in the order in which it comes to them.
+fn misplaced_of(world: &World, solids: &Solids, drone: usize) -> Vec<Misplaced> {
+    let it = &world.drones[drone];
+    let body_m = it.vehicle.body_radius_m;
+    let hovering_m = body_m + world.planning.gap_to_solids_m();
+    let start_needs_m = match it.at_start {
+        AtStart::Hover => hovering_m,
+        AtStart::Landed => body_m - REST_TOLERANCE_M,
+    };
+    let start = std::iter::once((Spot::Start, it.start_m, start_needs_m));
+    let tasks = it.tasks.iter().enumerate();
+    let tasks = tasks.map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
     let mut found = Vec::new();
-    for (drone, it) in world.drones.iter().enumerate() {
-        let body_m = it.vehicle.body_radius_m;
-        let hovering_m = body_m + world.planning.gap_to_solids_m();
-        let start_needs_m = match it.at_start {
-            AtStart::Hover => hovering_m,
-            AtStart::Landed => body_m - REST_TOLERANCE_M,
-        };
-        let start = std::iter::once((Spot::Start, it.start_m, start_needs_m));
-        let tasks = it.tasks.iter().enumerate();
-        let tasks = tasks.map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
-        let mut report = |spot, place_m, why, nearest_m| {
-            found.push(Misplaced {
-                drone,
-                spot,
-                place_m,
-                why,
-                nearest_m,
-            });
-        };
-        let mut sound = true;
-        for (spot, place_m, needs_m) in start.chain(tasks) {
-            if let Some(why) = misfit(world, solids, place_m, needs_m) {
-                let nearest_m = match (spot, it.at_start) {
-                    (Spot::Start, AtStart::Landed) => nearest_pad_m(world, solids, it),
-                    _ => nearest_free_m(world.bounds_m, solids, place_m, needs_m),
-                };
-                report(spot, place_m, why, nearest_m);
-                sound = false;
-            }
+    let mut report = |spot, place_m, why, nearest_m| {
+        found.push(Misplaced {
+            drone,
+            spot,
+            place_m,
+            why,
+            nearest_m,
+            bears_m: None,
+        });
+    };
+    let is_landed = it.at_start == AtStart::Landed;
+    // Of the start, then of the last place.
+    let [mut starts_well, mut ends_well] = [true; 2];
+    for (spot, place_m, needs_m) in start.chain(tasks) {
+        let why = misfit(world, solids, place_m, needs_m);
+        ends_well = why.is_none();
+        starts_well &= ends_well || spot != Spot::Start;
+        if let Some(why) = why {
+            let nearest_m = match (spot, it.at_start) {
+                (Spot::Start, AtStart::Landed) => nearest_pad_m(world, solids, it),
+                _ => nearest_free_m(world.bounds_m, solids, place_m, needs_m),
+            };
+            report(spot, place_m, why, nearest_m);
         }
-        let flies = it.at_start == AtStart::Landed && !it.tasks.is_empty();
-        if sound
-            && flies
-            && let Some(why) = beside_misfit(world, solids, [it.start_m; 2], body_m)
-        {
-            let nearest_m = nearest_pad_m(world, solids, it);
-            report(Spot::Start, it.start_m, why, nearest_m);
-            sound = false;
-        }
+    }
+    if is_landed && starts_well {
         let rest_m = landing_place_m(&world.bounds_m, solids, it.start_m, body_m);
         let gap_m = it.start_m.z - rest_m.z;
-        if sound && it.at_start == AtStart::Landed && gap_m > SUPPORT_TOLERANCE_M {
+        let unsupported = (gap_m > SUPPORT_TOLERANCE_M).then_some(Misfit::Unsupported { gap_m });
+        let flies = !it.tasks.is_empty();
+        let beside = flies.then(|| beside_misfit(world, solids, [it.start_m; 2], body_m));
+        for why in unsupported.into_iter().chain(beside.flatten()) {
             let nearest_m = nearest_pad_m(world, solids, it);
-            report(
-                Spot::Start,
-                it.start_m,
-                Misfit::Unsupported { gap_m },
-                nearest_m,
-            );
-            sound = false;
+            report(Spot::Start, it.start_m, why, nearest_m);
         }
-        let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
-        let stays_landed = it.tasks.is_empty() && it.at_start == AtStart::Landed;
-        if sound
-            && it.at_end == AtEnd::Land
-            && !stays_landed
-            && let Some(why) = landing_misfit(world, solids, last_m, body_m)
-        {
-            let place_m = landing_place_m(&world.bounds_m, solids, last_m, body_m);
-            let nearest_m = nearest_landing_m(world, solids, last_m, body_m);
-            report(Spot::Landing, place_m, why, nearest_m);
-        }
+    }
+    let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
+    let stays_landed = it.tasks.is_empty() && is_landed;
+    if ends_well
+        && it.at_end == AtEnd::Land
+        && !stays_landed
+        && let Some(why) = landing_misfit(world, solids, last_m, body_m)
+    {
+        let place_m = landing_place_m(&world.bounds_m, solids, last_m, body_m);
+        let nearest_m = nearest_landing_m(world, solids, last_m, body_m);
+        report(Spot::Landing, place_m, why, nearest_m);
     }
     found
 }

@@ -45,6 +45,9 @@ const RAISES: [f64; 3] = [1.0, 1.1, 1.25];
 /// How many times as far as to the nearest place that is in order drones are moved in turn until
 /// the fleet is planned: chosen here, they need room to fly.
 const FARTHER: [f64; 3] = [1.0, 1.5, 2.0];
+/// In so many ways drones are moved in turn until the fleet is planned, at most: chosen here, as
+/// far up, down and to four sides.
+const MOST_MOVES: usize = 16;
 
 /// One exclusion.
 #[derive(Clone, Copy, Debug)]
@@ -146,27 +149,32 @@ impl Exclusions {
     }
 
     /// Proposes places only where the world in which all move to them `is_planned`: the nearest,
-    /// or as many times as far.
+    /// those nearest in one direction, or as many times as far.
     pub(crate) fn confirm_moves(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
         let EndpointConflicts { worst, more } = &mut self.conflicts;
         let moves = worst.iter().map(|it| it.nearest_fix_m);
         let moves: Option<Vec<Point3<f64>>> = moves.collect();
         worst.iter_mut().for_each(|it| it.nearest_fix_m = None);
-        let Some(moves) = moves.filter(|_| *more == 0) else {
+        let Some(nearest_m) = moves.filter(|_| *more == 0) else {
             return;
         };
-        let moved = |times: &f64| {
+        let moved = |(to_m, times): (Vec<Point3<f64>>, f64)| {
             let mut moved = world.clone();
-            for (conflict, nearest_m) in worst.iter().zip(&moves) {
-                let drone = &mut moved.drones[conflict.drone];
-                let from_m = *place_of(&mut world.drones[conflict.drone].clone(), conflict);
-                let to_m = from_m + *times * (nearest_m - from_m);
+            for (conflict, to_m) in worst.iter().zip(&to_m) {
+                let from_m = from_m(world, conflict);
+                let to_m = from_m + times * (to_m - from_m);
                 // To the centimetre: it is typed back.
-                *place_of(drone, conflict) = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
+                *place_of(&mut moved.drones[conflict.drone], conflict) =
+                    to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
             }
             moved
         };
-        let mut tried = FARTHER.iter().map(moved);
+        // Where the nearest do, no others are looked for.
+        let others = std::iter::once_with(|| other_moves(world, worst, &nearest_m)).flatten();
+        let mut tried = std::iter::once((nearest_m.clone(), 1.0))
+            .chain(others)
+            .take(MOST_MOVES)
+            .map(moved);
         let planned = tried.find(|moved| moved.check().is_ok() && is_planned(moved));
         if let Some(mut planned) = planned {
             for conflict in worst {
@@ -174,6 +182,67 @@ impl Exclusions {
                 conflict.nearest_fix_m = Some(*place_of(drone, conflict));
             }
         }
+    }
+}
+
+/// Where else (m) those in conflicts may go, and how many times as far, when it does not do that
+/// they go to the `nearest`; the nearest of all first.
+fn other_moves(
+    world: &World,
+    conflicts: &[EndpointConflict],
+    nearest_m: &[Point3<f64>],
+) -> Vec<(Vec<Point3<f64>>, f64)> {
+    let (judge, mut cache) = EndpointJudge::new(world);
+    let kinds = [
+        EndpointKind::Starts,
+        EndpointKind::Goals,
+        EndpointKind::Tasks,
+    ];
+    let sites = kinds.map(|when| (when, Sites::new(&judge, &mut cache, when)));
+    // All of them in one direction; who is not in order anywhere there stays with its nearest.
+    let towards = |direction: Vector3<f64>| {
+        let mut to_m = nearest_m.to_vec();
+        for (when, sites) in &sites {
+            let mut advised: Vec<Site> = Vec::new();
+            let of_kind = conflicts.iter().zip(&mut to_m);
+            for (it, to_m) in of_kind.filter(|(it, _)| it.when == *when) {
+                let place = it.place();
+                let is_it = |site: &&Site| (site.drone, site.task) == place;
+                if !advised.iter().any(|site| is_it(&site)) {
+                    advised.extend(nearest(&judge, sites, place, (&advised, &[direction])));
+                }
+                if let Some(site) = advised.iter().find(is_it) {
+                    *to_m = site.nominal_m;
+                }
+            }
+        }
+        to_m
+    };
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let directions = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    let mut moves: Vec<Vec<Point3<f64>>> = vec![nearest_m.to_vec()];
+    for to_m in directions.map(towards) {
+        if !moves.contains(&to_m) {
+            moves.push(to_m);
+        }
+    }
+    let farther = |to_m: Vec<Point3<f64>>| FARTHER.map(|times| (to_m.clone(), times));
+    let mut moves: Vec<_> = moves.into_iter().flat_map(farther).skip(1).collect();
+    let far_m = |(to_m, times): &(Vec<Point3<f64>>, f64)| {
+        let each_m = conflicts.iter().zip(to_m);
+        let each_m = each_m.map(|(it, to_m)| (to_m - from_m(world, it)).norm());
+        times * each_m.sum::<f64>()
+    };
+    moves.sort_by(|a, b| far_m(a).total_cmp(&far_m(b)));
+    moves
+}
+
+/// Where the drone is that suffers (m), in a world as it is.
+fn from_m(world: &World, conflict: &EndpointConflict) -> Point3<f64> {
+    let drone = &world.drones[conflict.drone];
+    match conflict.task_of(drone.tasks.len()) {
+        Some(task) => drone.tasks[task].to_m,
+        None => drone.start_m,
     }
 }
 
@@ -214,6 +283,7 @@ pub(crate) fn find(world: &World) -> Exclusions {
     let (judge, mut cache) = EndpointJudge::new(world);
     let mut conflicts = EndpointConflicts::default();
     let mut kept = Vec::new();
+    let directions = directions();
     for when in [
         EndpointKind::Starts,
         EndpointKind::Goals,
@@ -249,7 +319,8 @@ pub(crate) fn find(world: &World) -> Exclusions {
         for it in worst {
             let is_it = |site: &&Site| (site.drone, site.task) == it.place();
             if !advised.iter().any(|site| is_it(&site)) {
-                advised.extend(nearest(&judge, &sites, it.place(), &advised));
+                let among = (&advised[..], &directions[..]);
+                advised.extend(nearest(&judge, &sites, it.place(), among));
             }
             let fix = advised.iter().find(is_it);
             conflicts.worst.push(EndpointConflict {
@@ -419,25 +490,29 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
 }
 
 /// The nearest place at which a drone is in order with all others of its set, those that are
-/// advised to move where they are then, by rings of growing distance: level, up and down.
+/// advised to move where they are then, by rings of growing distance in some directions.
 fn nearest(
     judge: &EndpointJudge<'_>,
     sites: &Sites,
     (drone, task): (usize, Option<usize>),
-    advised: &[Site],
+    (advised, directions): (&[Site], &[Vector3<f64>]),
 ) -> Option<Site> {
     let site = sites.of(drone, task)?;
-    let level = (0..BEARINGS).map(|k| {
-        let bearing = k as f64 / BEARINGS as f64 * std::f64::consts::TAU;
-        Vector3::new(bearing.cos(), bearing.sin(), 0.0)
-    });
-    let directions: Vec<_> = level.chain([Vector3::z(), -Vector3::z()]).collect();
     (1..=(FARTHEST_M / STEP_M) as usize).find_map(|ring| {
         let distance_m = ring as f64 * STEP_M;
         let places_m = (directions.iter()).map(|towards| site.nominal_m + towards * distance_m);
         let moved = places_m.map(|place_m| judge.moved(site, place_m));
         { moved }.find(|moved| in_order(judge, sites, moved, advised))
     })
+}
+
+/// Level, up and down.
+fn directions() -> Vec<Vector3<f64>> {
+    let level = (0..BEARINGS).map(|k| {
+        let bearing = k as f64 / BEARINGS as f64 * std::f64::consts::TAU;
+        Vector3::new(bearing.cos(), bearing.sin(), 0.0)
+    });
+    level.chain([Vector3::z(), -Vector3::z()]).collect()
 }
 
 /// Whether a drone may be there: in bounds, clear of solids, in order with all others and the

@@ -280,8 +280,13 @@ impl Refusals<'_> {
             return Some(Extent::Proven);
         }
         let tried = self.tried.iter().filter(|it| it.drones.contains(&drone));
-        let finest = tried.min_by(|a, b| a.extent.cell_m().total_cmp(&b.extent.cell_m()));
-        finest.map(|tried| tried.extent)
+        let extents = tried.map(|tried| tried.extent);
+        // What was stopped is not known, however fine the rest.
+        let is_known = |it: &Extent| !matches!(it, Extent::Stopped { .. });
+        extents.min_by(|a, b| {
+            let known = is_known(a).cmp(&is_known(b));
+            known.then(a.cell_m().total_cmp(&b.cell_m()))
+        })
     }
 
     /// The first part of a drone's job that no path leads along, one that is proven to be closed

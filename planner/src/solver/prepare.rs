@@ -290,6 +290,13 @@ fn lift_m(world: &World, vehicle: &Vehicle) -> f64 {
     }
 }
 
+/// The height (m) from which a vehicle comes straight down to a last task that is low over where it
+/// rests then (m); `None` of one that is not: it stands there before it descends.
+fn above_z_m(world: &World, vehicle: &Vehicle, [last_m, rest_m]: [Point3<f64>; 2]) -> Option<f64> {
+    let pad_m = rest_m.z + vehicle.body_radius_m;
+    (last_m.z < pad_m + LIFT_M).then(|| pad_m + lift_m(world, vehicle))
+}
+
 /// How far from a corner of its path a vehicle may pass (m).
 fn swerve_of(world: &World, vehicle: &Vehicle) -> f64 {
     match world.planning.motion {
@@ -322,15 +329,13 @@ pub(crate) fn goals_of(
     let last = tasks.len().wrapping_sub(1);
     let goal = move |(index, task): (usize, &Task)| {
         let lands = drone.at_end == AtEnd::Land && index == last;
-        let lift_m = lands.then(|| {
-            let rest_m = landing_place_m(&world.bounds_m, solids, task.to_m, body_m);
-            rest_m.z + body_m + lift_m(world, &drone.vehicle) - task.to_m.z
-        });
+        let rest_m = || landing_place_m(&world.bounds_m, solids, task.to_m, body_m);
+        let above_z_m = lands.then(|| above_z_m(world, &drone.vehicle, [task.to_m, rest_m()]));
         Stop {
             point_m: task.to_m,
             radius_m,
             swerve_m: swerve_of(world, &drone.vehicle),
-            lift_m: lift_m.filter(|rise_m| *rise_m > 0.0),
+            lift_m: above_z_m.flatten().map(|z_m| z_m - task.to_m.z),
         }
     };
     tasks.iter().enumerate().map(goal)
@@ -451,9 +456,11 @@ pub(crate) fn ending_from(
             let descent_m = from_m.z - rest_m.z;
             let lift_m = lift_m(world, &drone.vehicle);
             let mut top_m = from_m;
-            if !drone.tasks.is_empty() {
+            if !drone.tasks.is_empty()
+                && let Some(z_m) = above_z_m(world, &drone.vehicle, [from_m, rest_m])
+            {
                 // What leads there comes from straight above, too.
-                top_m.z = top_m.z.max(rest_m.z + radius_m + lift_m);
+                top_m.z = z_m;
             }
             let above_m = top_m.z - from_m.z.max(world.bounds_m.max.z);
             if above_m > 0.0 {

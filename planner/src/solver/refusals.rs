@@ -331,6 +331,7 @@ impl Refused<'_> {
             }
         }
         match ended {
+            _ if (self.control.stop)() => Extent::Stopped { cell_m: finest_m },
             Some(cell_m) if cell_m <= finest_m => Extent::BudgetEnded {
                 states: effort.expansions - begun,
                 cell_m,

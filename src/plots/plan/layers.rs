@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3, center};
 use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid, UnplannedCause};
+use viewer::Stop;
 
 use super::labels::Labels;
 use super::view::{Eye, View, line_style};
@@ -15,8 +16,6 @@ use crate::report::words::decimal;
 const INVISIBLE_PX: f64 = 0.05;
 /// Curves are drawn straight from place to place as near to them as this (m).
 const CURVE_M: f64 = 0.01;
-/// A stop between two moves that is this long is drawn (s), chosen here: half a step of a cell.
-const WAITS_FROM_S: f64 = 0.25;
 /// In larger fleets directions and waits would cover one another.
 pub(super) const MARKED_UP_TO: usize = 60;
 /// Larger fleets are named at their goals and from above only, in small letters.
@@ -93,7 +92,12 @@ pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
 /// Every path in its drone's colour; pointing at one names it. Starts are rings, goals dots, so
 /// that a goal at another's start shows both; square where the drone stands instead of hovering.
 /// Labels keep clear of all of it.
-pub(super) fn drones(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut Labels) {
+pub(super) fn drones(
+    canvas: &mut Canvas,
+    view: &View,
+    (plan, stops): (&Plan, &[Vec<Stop>]),
+    labels: &mut Labels,
+) {
     let (width, opacity) = match plan.drones.len() {
         ..=20 => (2.0, 0.85),
         21..=60 => (1.4, 0.8),
@@ -114,7 +118,12 @@ pub(super) fn drones(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut
             let (line, bends) = (solid(colour, width), bends(view, drone));
             let look = format!(r#"{line} stroke-opacity="{opacity}"{dashes}"#);
             let (name, airframe) = (&drone.name, &drone.airframe.name);
-            let name = format!("{name}: {airframe}, arrives {:.1} s", drone.arrives_s);
+            let is_unplanned = plan.unplanned.iter().any(|it| it.name == *name);
+            let arrives = match is_unplanned {
+                true => "stays".to_owned(),
+                false => format!("arrives {:.1} s", drone.arrives_s),
+            };
+            let name = format!("{name}: {airframe}, {arrives}");
             canvas.named(&polyline(bends.iter().copied()), &look, &name);
             labels.avoid_line(&bends);
             labels.keep_clear(start, radius);
@@ -133,13 +142,14 @@ pub(super) fn drones(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut
                 let (colour, _) = line_style(index);
                 let arrows = arrows(&bends(view, drone), 3.2 + width);
                 canvas.path(&arrows, &fill(colour, 1.0));
-                for (at, from_s, lasts_s) in waits(view, drone) {
+                let of_drone = stops.get(index).into_iter().flatten();
+                for stop in of_drone.filter(|stop| goes_on(drone, stop)) {
+                    let at = view.at(&stop.at_m);
                     let bars = [-2.4, 2.4].map(|x_px| {
                         polyline([(at.0 + x_px, at.1 - 4.5), (at.0 + x_px, at.1 + 4.5)])
                     });
-                    let name =
-                        format!("{} waits {lasts_s:.1} s from t = {from_s:.1} s", drone.name);
                     canvas.path(&bars.concat(), &solid(PAPER, 4.2));
+                    let name = format!("{} {}", drone.name, told(stop));
                     canvas.named(&bars.concat(), &solid(colour, 2.0), &name);
                     labels.keep_clear(at, 5.0);
                 }
@@ -178,21 +188,22 @@ fn arrows(bends: &[Spot], size_px: f64) -> String {
     heads.collect()
 }
 
-/// Where a drone stands between two moves, and when, for how long (s).
-fn waits(view: &View, drone: &DronePlan) -> Vec<(Spot, f64, f64)> {
+/// Whether a drone moves again after a stop; where it does not stands its goal.
+fn goes_on(drone: &DronePlan, stop: &Stop) -> bool {
     let path = &drone.trajectory;
-    let points = path.t_s.len().min(path.position_m.len());
-    let mut waits = Vec::new();
-    let mut next = 0;
-    for stay in path.position_m[..points].chunk_by(|a, b| (a - b).norm() < 1e-6) {
-        let first = next;
-        next += stay.len();
-        let lasts_s = path.t_s[next - 1] - path.t_s[first];
-        if next < points && lasts_s >= WAITS_FROM_S {
-            waits.push((view.at(&stay[0]), path.t_s[first], lasts_s));
-        }
-    }
-    waits
+    let mut after = path.t_s.iter().zip(&path.position_m);
+    after.any(|(t_s, at_m)| *t_s > stop.until_s && (at_m - stop.at_m).norm() > CURVE_M)
+}
+
+/// A stop in the words of plan.html.
+fn told(stop: &Stop) -> String {
+    let (from_s, lasts_s) = (stop.from_s, stop.until_s - stop.from_s);
+    let later = stop.costs_s.filter(|_| stop.what == "wait");
+    let later = later.map_or(String::new(), |it| format!(", later by {it:.1} s"));
+    format!(
+        "{}s {lasts_s:.1} s from t = {from_s:.1} s{later}",
+        stop.what
+    )
 }
 
 /// How far each drone without a path could get, and what is in its way.

@@ -1,5 +1,6 @@
 //! Worlds made for one answer each: blocked, left out and why, and drones that give way.
 
+use nalgebra::Point3;
 use planner::plan::outcome::EndpointKind;
 use planner::plan::{Plan, Status, file};
 use planner::scenario::missing;
@@ -8,7 +9,7 @@ use planner::{Control, Outcome, Planned, plan_world};
 
 use super::worlds::{block, drone, room, task};
 use super::{assert_sound, planned};
-use planner::scenario::world::{World, Zone};
+use planner::scenario::world::{AtEnd, PathMotion, World, Zone};
 
 #[test]
 fn starts_that_exclude_each_other_are_named_before_any_search() {
@@ -182,7 +183,7 @@ fn a_gap_too_narrow_for_the_body_is_named_with_the_way_out() {
 
 #[test]
 fn a_drone_without_tasks_stays_and_one_that_leaves_at_once_is_gone() {
-    use planner::scenario::world::{AtEnd, AtStart};
+    use planner::scenario::world::AtStart;
     for (at_start, at_end) in [
         (AtStart::Hover, AtEnd::Hover),
         (AtStart::Hover, AtEnd::Land),
@@ -334,4 +335,31 @@ fn a_clearance_of_zero_is_held_against_the_scenario() {
     assert_eq!(told, ["clearance_m is 0.3 m, the plan has 0 m"]);
     plan.clearance_m = None;
     assert_eq!(missing(&place(0.3), &plan), [""; 0]);
+}
+
+#[test]
+fn a_last_task_as_high_as_a_landing_is_straight_is_reached_from_the_side_without_a_stop() {
+    for preset in ["offboard-2", "crazyflie-2.1", "matrice-300"] {
+        // A hair above the body's radius and 0.5 m over its pad, and as far above as is plain.
+        let [low, high] = [0.505, 1.0].map(|over_m| {
+            let mut lone = drone("a", preset, [1.0; 3], [1.0; 3]);
+            let z_m = 2.0 * lone.vehicle.body_radius_m + over_m;
+            (lone.start_m, lone.tasks[0].to_m) =
+                (Point3::new(1.0, 7.0, z_m), Point3::new(19.0, 7.0, z_m));
+            lone.at_end = AtEnd::Land;
+            let mut world = room([20.0, 14.0, 6.0], vec![lone]);
+            world.planning.motion = PathMotion::Smooth;
+            let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+            let Outcome::Safe(planned) = outcome else {
+                panic!("{preset}: {outcome:?}");
+            };
+            planned.plan.drones[0].clone()
+        });
+        assert_eq!(low.waits_s, 0.0, "{preset}");
+        assert!(
+            (low.arrives_s - high.arrives_s).abs() < 0.1,
+            "{preset}: {}",
+            low.arrives_s
+        );
+    }
 }

@@ -1,5 +1,7 @@
 //! A "no" is about the place, as far as it was looked at; and what is advised has been planned.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use nalgebra::Point3;
 use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
 use planner::scenario::world::{Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone};
@@ -65,9 +67,46 @@ fn a_refusal_says_how_far_it_was_looked() {
             Extent::NotFound { cell_m } | Extent::BudgetEnded { cell_m, .. } => {
                 assert!(cell_m < 1.0, "{cell_m}")
             }
-            Extent::Proven => panic!("walls alone leave room"),
+            other => panic!("walls alone leave room, and time does not end: {other}"),
         }
     }
+}
+
+#[test]
+fn a_refusal_that_was_not_looked_into_to_the_end_says_that_planning_was_stopped() {
+    let mut world = tall_corridor(8.0, 0.9, 0.25);
+    world.bounds_m.max.z = 1.0;
+    for drone in &mut world.drones {
+        drone.start_m.z = 0.5;
+        drone.tasks[0].to_m.z = 0.5;
+    }
+    let asked = AtomicUsize::new(0);
+    let extents = |most: usize| {
+        asked.store(0, Ordering::Relaxed);
+        let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
+        let control = Control {
+            stop: &stop,
+            ..Control::QUIET
+        };
+        let outcome = plan_world(&world, &control).expect("in order");
+        let failures = outcome.into_planned().expect("a plan").failures;
+        let extents = failures.into_iter().map(|it| match it.cause {
+            FailureCause::Obstructed { extent, .. } => extent,
+            _ => None,
+        });
+        extents.collect::<Vec<_>>()
+    };
+    let whole = extents(usize::MAX);
+    let times = asked.load(Ordering::Relaxed);
+    let is_stopped = |it: &Option<Extent>| matches!(it, Some(Extent::Stopped { .. }));
+    let mut stopped = 0;
+    for share in [4, 2] {
+        let told = extents(times / share);
+        stopped += told.iter().filter(|it| is_stopped(it)).count();
+        let is_said = |it: &Option<Extent>| it.is_none() || is_stopped(it) || whole.contains(it);
+        assert!(told.iter().all(is_said), "{told:?}, {whole:?}");
+    }
+    assert!(stopped > 0);
 }
 
 #[test]
