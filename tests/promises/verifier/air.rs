@@ -8,6 +8,24 @@ use super::plans::{drone, kinds, leaves, plan, preset, sample, smooth, with_box,
 use super::{broken, refused};
 
 #[test]
+fn a_drone_exactly_where_the_far_field_of_another_begins_is_in_its_air() {
+    let exactly_below = |lower: &[(f64, [f64; 3])]| {
+        let upper = drone("upper", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]);
+        let mut plan = plan(vec![upper, drone("lower", "offboard-2", lower)]);
+        // The near field ends 2.5 motor distances below the rotors: 1 m, exactly.
+        for drone in &mut plan.drones {
+            drone.airframe.motor_distance_m = 0.4;
+        }
+        plan
+    };
+    let hovering = exactly_below(&[(0.0, [5.0, 5.0, 5.0])]);
+    let passing = exactly_below(&[(0.0, [2.0, 5.0, 5.0]), (4.0, [8.0, 5.0, 5.0])]);
+    for plan in [&hovering, &passing] {
+        assert_eq!(kinds(plan), [ViolationKind::Air]);
+    }
+}
+
+#[test]
 fn a_hover_below_a_hover_is_refused_at_zero_relative_velocity() {
     let stack = |below_m: f64, aside_m: f64| {
         plan(vec![

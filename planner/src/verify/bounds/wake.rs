@@ -138,10 +138,11 @@ impl BoundedWake {
         };
         if let (false, Bounds::Round { near, .. }) = (passage.is_calm, &self.bounds) {
             let near_depth_m = self.wake.near_field_depth_m();
-            if depth_m.1 > near_depth_m {
+            // Where one field ends and the other begins both count.
+            if depth_m.1 >= near_depth_m {
                 passage.far = Some(Far::new(&self.wake, depth_m));
             }
-            if depth_m.0 < near_depth_m {
+            if depth_m.0 <= near_depth_m {
                 let layers = near.layers(depth_m.0.max(0.0), depth_m.1.min(near_depth_m));
                 passage.near = Some((near, layers));
             }
