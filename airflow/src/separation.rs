@@ -16,9 +16,10 @@ use crate::power;
 use crate::superposition::Superposition;
 use crate::wake::Wake;
 
-/// Azimuths at which the lower one is looked for (deg): with four rotors the air over its discs
-/// repeats every 90, mirrored at 45.
-const AZIMUTHS_DEG: [f64; 4] = [0.0, 15.0, 30.0, 45.0];
+/// Steps of the azimuths at which the lower one is looked for (deg). The four jets above repeat
+/// every 90, mirrored at 45; with four rotors, or eight, so does the air over its discs, and with
+/// others all of them are looked at.
+const AZIMUTH_STEP_DEG: usize = 15;
 /// Depths and offsets looked at before the last that exceeds is made fine: chosen here, their steps
 /// are a hundredth of the wake's length and width.
 const STEPS: usize = 100;
@@ -34,6 +35,8 @@ const PASSAGE_STEPS: usize = 400;
 pub struct Separation {
     upper: Wake,
     discs: DiscPoints,
+    /// As cosine and sine.
+    azimuths: Vec<(f64, f64)>,
     lower_tips_m: f64,
     lower_mass_kg: f64,
     lower_u_h_mps: f64,
@@ -74,9 +77,19 @@ impl Separation {
     /// A drone with its mass (kg) under the wake of another, in air of a density (kg/m³).
     #[must_use]
     pub fn new(lower: &Airframe, mass_kg: f64, density_kg_per_m3: f64, upper: Wake) -> Separation {
+        let last_deg = match lower.propellers() % 4 {
+            0 => 45,
+            _ => 360 - AZIMUTH_STEP_DEG,
+        };
+        let azimuths = (0..=last_deg).step_by(AZIMUTH_STEP_DEG);
+        let unit = |azimuth_deg: usize| {
+            let (sin, cos) = (azimuth_deg as f64).to_radians().sin_cos();
+            (cos, sin)
+        };
         Separation {
             upper,
             discs: lower.disc_points(),
+            azimuths: azimuths.map(unit).collect(),
             lower_tips_m: lower.tip_radius_m(),
             lower_mass_kg: mass_kg,
             lower_u_h_mps: lower.hover_induced_velocity_mps(mass_kg, density_kg_per_m3),
@@ -98,11 +111,10 @@ impl Separation {
             ends_at_z_m: f64::NEG_INFINITY,
         }];
         let azimuths = match beside_m == 0.0 {
-            true => &AZIMUTHS_DEG[..1],
-            false => &AZIMUTHS_DEG[..],
+            true => &self.azimuths[..1],
+            false => &self.azimuths[..],
         };
-        let means = azimuths.iter().map(|azimuth_deg| {
-            let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+        let means = azimuths.iter().map(|(cos, sin)| {
             let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
             mean_over_discs_mps(&source, &self.discs, centre_m, Superposition::Momentum)
         });
@@ -237,6 +249,34 @@ mod tests {
         let [lower, upper] = [lower, upper].map(|it| Airframe::preset(it).expect("a preset"));
         let wake = Wake::new(&upper, upper.mass_kg(), density, &Jet::default());
         Separation::new(&lower, lower.mass_kg(), density, wake)
+    }
+
+    #[test]
+    fn no_azimuth_brings_two_or_three_rotors_more_than_what_is_met() {
+        for propellers in [2, 3] {
+            let lower = Airframe::new("own", 0.6, propellers, 0.13, 0.27, 1.0).expect("sound");
+            let upper = of("kolibri", "matrice-300").upper;
+            let pair = Separation::new(&lower, 0.6, 1.204, upper);
+            for (below_m, beside_m) in [(0.5, 0.257), (1.5, 0.6), (6.0, 1.0)] {
+                let met = pair.met(below_m, beside_m);
+                for k in 0..72 {
+                    let (sin, cos) = (5.0 * f64::from(k)).to_radians().sin_cos();
+                    let source = Source {
+                        wake: &pair.upper,
+                        position_m: Point3::origin(),
+                        ends_at_z_m: f64::NEG_INFINITY,
+                    };
+                    let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
+                    let sum = Superposition::Momentum;
+                    let here_mps = mean_over_discs_mps(&[source], &pair.discs, centre_m, sum);
+                    // Between two of the azimuths that are looked at by a little.
+                    assert!(
+                        here_mps <= 1.005 * met.air_mps,
+                        "{propellers} {k}: {here_mps}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

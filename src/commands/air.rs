@@ -80,7 +80,7 @@ struct DepthRow {
     depth_m: f64,
     /// On the axis; `null`: within the near field, whose jets are four.
     centreline_mps: Option<f64>,
-    /// Mean over a disc as wide as the rotor tips.
+    /// Where the speed is half of that on the axis.
     half_width_m: f64,
     /// Within this distance to the axis it is more than asked for.
     quiet_beside_m: f64,
@@ -151,7 +151,7 @@ fn beside_m(wake: &Wake, depth_m: f64, limit_mps: f64) -> f64 {
             wake.axial_speed_mps(at_m) >= limit_mps
         })
     };
-    let to_m = 2.0 * wake.column_radius_m();
+    let to_m = wake.reach_at_speed_m(depth_m, limit_mps);
     let last = (0..=STEPS)
         .rev()
         .map(|k| to_m * k as f64 / STEPS as f64)
@@ -201,7 +201,7 @@ fn report(found: &AirAnswer, wake: &Wake) -> Report {
     report.section("Down the axis", vec![
         Part::table("rrrrrr", &headings, rows),
         Part::line(format!(
-            "The near field, down to {depth_m:.2} m and {radius_m:.2} m around the axis, is four jets that merge. Mean axial speed in still air, without floor or walls; gusts of about a quarter of the centreline's speed come on top. On a floor the air turns outwards: docs/model.md."
+            "The near field, down to {depth_m:.2} m and {radius_m:.2} m around the axis, is four jets that merge. Mean axial speed in still air, without floor or walls; gusts of about a quarter of the centreline's speed come on top. On a floor the air turns outwards: docs/limits.md."
         )),
     ]);
     let deep_m = (1.1 * quiet.below_m).clamp(4.0 * depth_m, 30.0 * found.motor_distance_m);

@@ -146,6 +146,17 @@ fn the_air_of_a_drone_is_quiet_where_it_is_said_to_be() {
         .map(|it| it["arrives_s"][1].as_f64().unwrap())
         .collect();
     assert!(times.is_sorted() && number("after_s") > times[0]);
+    // At a faint limit the four jets are wider than twice their column.
+    let (_, told, errors) = run(folder, "air kolibri --less-than 0.01 --format json");
+    let told: Value = serde_json::from_str(&told).unwrap_or_else(|_| panic!("{errors}"));
+    for row in told["rows"].as_array().unwrap() {
+        let [depth_m, beside_m] = ["depth_m", "quiet_beside_m"].map(|key| row[key].as_f64());
+        let (depth_m, beside_m) = (depth_m.unwrap(), beside_m.unwrap());
+        for k in 0..200 {
+            let there_m = beside_m * (1.001 + 0.01 * f64::from(k));
+            assert!(speed(depth_m, there_m) <= 0.01, "{depth_m} {there_m}");
+        }
+    }
     let (code, told, _) = run(folder, "air matrice-300 --mass 8 --out here");
     assert_eq!(code, Some(0));
     assert!(

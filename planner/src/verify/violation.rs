@@ -107,6 +107,8 @@ impl fmt::Display for Violation {
         let (value, limit) = (self.value, self.limit);
         let inside = -value;
         let there = format!("{when}, at {at}");
+        // A zone's air is where the zone is; the place is that of the drone.
+        let while_there = format!("{when}, with {who} at {at}");
         let shifted = match self.shift_s {
             Some(shift_s) if shift_s >= 0.005 => {
                 format!(" with `{with}` {shift_s:.2} s early against it")
@@ -175,13 +177,13 @@ impl fmt::Display for Violation {
                 "{who} is exposed to downwash of alpha {value:.3} {there}{shifted}, mostly from `{with}`; its limit is {limit:.3}"
             ),
             ViolationKind::Zone | ViolationKind::ZoneMargin if self.is_bound => format!(
-                "whether the downwash of {who} and others stays below {limit:.2} m/s in zone `{with}` {there} could not be decided; by bounds it is at most {value:.2} m/s"
+                "whether the downwash of {who} and others stays below {limit:.2} m/s in zone `{with}` {while_there} could not be decided; by bounds it is at most {value:.2} m/s"
             ),
             ViolationKind::ZoneMargin => format!(
-                "with drones early or late the downwash of {who} reaches {value:.2} m/s in zone `{with}` {there}; its limit is {limit:.2} m/s"
+                "with drones early or late the downwash of {who} reaches {value:.2} m/s in zone `{with}` {while_there}; its limit is {limit:.2} m/s"
             ),
             ViolationKind::Zone => format!(
-                "the downwash of {who} reaches {value:.2} m/s in zone `{with}` {there}; its limit is {limit:.2} m/s"
+                "the downwash of {who} reaches {value:.2} m/s in zone `{with}` {while_there}; its limit is {limit:.2} m/s"
             ),
         })
     }
