@@ -82,8 +82,8 @@ impl Costmap {
         }
     }
 
-    /// The same fleet, were every drone's air limit and every zone's so many times higher. Bodies
-    /// and columns stay as they are.
+    /// The same fleet, were every drone's air limit and every zone's so many times higher. Columns
+    /// stay as they are; bodies keep their gaps between legs, as if these were what is flown.
     #[must_use]
     pub fn with_limits_raised(&self, drones: f64, zones: f64) -> Costmap {
         let raised = |times: f64| {
@@ -93,6 +93,9 @@ impl Costmap {
         let mut costmap = self.clone();
         costmap.budget = raised(drones);
         costmap.zones.budget = raised(zones);
+        if costmap.has_limits_raised() {
+            costmap.fleet.keep_bodies_by_legs();
+        }
         costmap
     }
 

@@ -326,6 +326,14 @@ impl Fleet {
         self.reach_m[kind.index()]
     }
 
+    /// Takes out of the gaps between bodies that legs are chords of what is flown.
+    pub(crate) fn keep_bodies_by_legs(&mut self) {
+        let astray_m = self.conditions.astray_m;
+        for gap_m in &mut self.conditions.gaps_m {
+            *gap_m -= 2.0 * astray_m;
+        }
+    }
+
     /// How far apart the centres of two drones stay on these legs (m).
     fn gap_m(&self, first: &Leg, second: &Leg) -> f64 {
         let radii_m = [first, second].map(|leg| self.kind(leg.kind).body_radius_m);

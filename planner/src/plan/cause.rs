@@ -579,7 +579,7 @@ impl fmt::Display for Exposure {
         } = self;
         write!(
             f,
-            "no pass without exposure: the gentlest found puts `{drone}` at {at}"
+            "no pass without exposure was found: the gentlest puts `{drone}` at {at}"
         )?;
         if let Some((other, below_m, aside_m)) = &self.beside {
             write!(

@@ -23,7 +23,7 @@ use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::fleet::tried;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
-use crate::solver::refusals::{LARGEST_GROUP, Retried, halved_cells_m, in_their_way, joined};
+use crate::solver::refusals::{LARGEST_GROUP, Retried, divided_cells_m, in_their_way, joined};
 use crate::solver::subfleet::{Prepared, Subfleet, Terms};
 use crate::verify::Report;
 
@@ -564,7 +564,7 @@ impl Refusals<'_> {
             prepared: &Prepared::default(),
         };
         let own = std::iter::once(changed.planning.cell_m);
-        own.chain(halved_cells_m(changed, 1)).any(|cell_m| {
+        own.chain(divided_cells_m(changed, 2.0)).any(|cell_m| {
             let Some(most_expansions) = self.most_expansions() else {
                 return false;
             };

@@ -133,8 +133,8 @@ pub(crate) fn by_open_rules<'a>(
     for (index, &world) in worlds.iter().enumerate() {
         let next = worlds.get(index + 1);
         let rules = match (index, next) {
-            (_, None) if is_tried_finer => Rules::Last(MOST_HALVINGS_LAST),
-            (_, None) => Rules::Last(u32::MAX),
+            (_, None) if is_tried_finer => Rules::Last(MOST_PARTS_LAST),
+            (_, None) => Rules::Last(f64::INFINITY),
             (0, _) => Rules::First,
             _ => Rules::Between,
         };
@@ -193,19 +193,19 @@ pub(crate) fn by_open_rules<'a>(
 }
 
 /// Where the rules of a world come among those that are tried in turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Rules {
     /// Others follow.
     First,
     Between,
-    /// Those that are kept to whatever they cost, be they the only ones; cells are halved so often
-    /// at most.
-    Last(u32),
+    /// Those that are kept to whatever they cost, be they the only ones; cells are divided into so
+    /// many parts at most.
+    Last(f64),
 }
 
-/// How often cells are halved by the last rules, where the first were tried on finer ones: chosen
-/// here.
-const MOST_HALVINGS_LAST: u32 = 1;
+/// Into how many parts cells are divided by the last rules, where the first were tried on finer
+/// ones: chosen here.
+const MOST_PARTS_LAST: f64 = 2.0;
 
 /// Paths by the rules of one world; why they are given up, and what that took, unless they are the
 /// last. What lies between is tried within a budget of states, and what it would refuse is not
@@ -225,8 +225,8 @@ fn by_rules<'a>(
         run.most_expansions = most_states(world, is_first);
         run.is_tried = run.most_expansions.is_some();
     }
-    run.halvings = match rules {
-        Rules::First => Some(u32::MAX),
+    run.parts = match rules {
+        Rules::First => Some(f64::INFINITY),
         Rules::Between => None,
         Rules::Last(most) => Some(most),
     };
@@ -306,7 +306,7 @@ pub(crate) fn tried(
     let control = control.trying();
     let mut run = Run::new(world, &control, &Passages::of(world)).ok()?;
     run.most_expansions = Some(most_expansions);
-    (run.improves, run.halvings) = (false, None);
+    (run.improves, run.parts) = (false, None);
     let solved = run.solve();
     effort.add(&run.effort);
     solved.map(|(paths, _)| paths)
@@ -335,9 +335,9 @@ pub(crate) struct Run<'a> {
     pub(crate) improves: bool,
     /// See [`FleetProblem::is_tried`].
     is_tried: bool,
-    /// What would be refused is planned again, on cells halved so often at most and beyond the
-    /// lattice; `None`: it is not.
-    halvings: Option<u32>,
+    /// What would be refused is planned again, on cells divided into so many parts at most and
+    /// beyond the lattice; `None`: it is not.
+    parts: Option<f64>,
 }
 
 impl<'a> Run<'a> {
@@ -365,7 +365,7 @@ impl<'a> Run<'a> {
             most_expansions: None,
             improves: true,
             is_tried: false,
-            halvings: Some(u32::MAX),
+            parts: Some(f64::INFINITY),
         })
     }
 
@@ -386,7 +386,7 @@ impl<'a> Run<'a> {
             most_expansions: Some(most_expansions),
             improves: true,
             is_tried: false,
-            halvings: None,
+            parts: None,
         }
     }
 
@@ -395,7 +395,7 @@ impl<'a> Run<'a> {
     pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
         let costmap = self.job.costmap(self.world, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
-        let Some(most_halvings) = self.halvings else {
+        let Some(most_parts) = self.parts else {
             return Some((paths, Vec::new()));
         };
         let (world, control) = (self.world, self.control);
@@ -404,7 +404,7 @@ impl<'a> Run<'a> {
             world,
             &mut self.job,
             paths,
-            (control, most_halvings),
+            (control, most_parts),
             &mut self.effort,
         ))
     }

@@ -56,10 +56,10 @@ const SLOW_RATIO: f64 = 1.4;
 const SMALL_EXPANSIONS: u64 = 100_000;
 /// A state without tables takes as long as so many with them: chosen here, of random worlds with
 /// zones, where one takes a tenth of a millisecond and more.
-const UNTABULATED_STATES: u64 = 8;
+pub(crate) const UNTABULATED_STATES: u64 = 8;
 /// And one without tables where air takes time so many times as long again: chosen here, of random
 /// worlds, where one takes up to half a millisecond.
-const UNTABULATED_LATE_STATES: u64 = 4;
+pub(crate) const UNTABULATED_LATE_STATES: u64 = 4;
 /// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
 /// so that those who are asked rather wait for a while.
 const UNASKED_WEIGHT: u32 = 2_000;

@@ -16,7 +16,9 @@ use crate::scenario::limits::lattice_places;
 use crate::scenario::world::World;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
 use crate::solver::prepare::Job;
-use crate::solver::priority::{FailureKind, MOST_SMALL, Paths, is_slow, score};
+use crate::solver::priority::{
+    FailureKind, MOST_SMALL, Paths, UNTABULATED_LATE_STATES, UNTABULATED_STATES, is_slow, score,
+};
 use crate::solver::subfleet::{Prepared, Subfleet, Terms};
 
 /// Cells are not made smaller (m): chosen here, what a drone can hold its place to.
@@ -31,33 +33,38 @@ const MOST_DEAR_EXPANSIONS: u64 = 16_000;
 /// Plans with higher bounds that the verifier is asked about for one group: chosen here, up to a
 /// second of work each.
 const MOST_JUDGED: usize = 3;
-/// On what is tried in turn: how often cells are halved, and how many times their limits drones and
-/// zones may reach by the bounds of the search, where the verifier decides. Chosen here: bounds on
-/// one wake over the discs are a few percent above it, those on several whose speeds add up are up
-/// to half as much again, those on a whole zone up to twice.
-const WHOLE: [(u32, [f64; 2]); 11] = [
-    (1, [1.0, 1.0]),
-    (0, [1.1, 1.2]),
-    (0, [1.45, 1.5]),
-    (2, [1.0, 1.0]),
-    (1, [1.1, 1.2]),
-    (1, [1.45, 1.5]),
-    (0, [1.25, 1.0]),
-    (0, [2.0, 2.5]),
-    (3, [1.0, 1.0]),
-    (1, [2.0, 2.5]),
-    (2, [1.25, 1.5]),
+/// On what is tried in turn: into how many parts cells are divided, and how many times their limits
+/// drones and zones may reach by the bounds of the search, where the verifier decides. Chosen here:
+/// bounds on one wake over the discs are a few percent above it, those on several whose speeds add
+/// up are up to half as much again, those on a whole zone up to twice. Lanes that halves do not have
+/// thirds or two fifths may.
+const WHOLE: [(f64, [f64; 2]); 14] = [
+    (2.0, [1.0, 1.0]),
+    (1.0, [1.1, 1.2]),
+    (1.0, [1.45, 1.5]),
+    (4.0, [1.0, 1.0]),
+    (3.0, [1.45, 1.5]),
+    (2.5, [1.45, 1.5]),
+    (2.0, [1.1, 1.2]),
+    (2.0, [1.45, 1.5]),
+    (4.0, [2.0, 2.5]),
+    (1.0, [1.25, 1.0]),
+    (1.0, [2.0, 2.5]),
+    (8.0, [1.0, 1.0]),
+    (2.0, [2.0, 2.5]),
+    (4.0, [1.25, 1.5]),
 ];
 /// The same of a few among all others: chosen here.
-const GROUP: [(u32, [f64; 2]); 6] = [
-    (1, [1.0, 1.0]),
-    (0, [1.1, 1.2]),
-    (0, [1.45, 1.5]),
-    (2, [1.0, 1.0]),
-    (0, [1.75, 1.0]),
-    (0, [2.0, 2.5]),
+const GROUP: [(f64, [f64; 2]); 6] = [
+    (2.0, [1.0, 1.0]),
+    (1.0, [1.1, 1.2]),
+    (1.0, [1.45, 1.5]),
+    (4.0, [1.0, 1.0]),
+    (1.0, [1.75, 1.0]),
+    (1.0, [2.0, 2.5]),
 ];
-/// States for the next attempt, if so many are left: chosen here, what a few drones need.
+/// States for the next attempt, an eighth of them without tables, if so many are left: chosen here,
+/// what a few drones need.
 const EXPANSIONS_OF_ONE: u64 = 20_000;
 /// For how many groups it is tried: chosen here.
 const MOST_GROUPS: usize = 3;
@@ -79,13 +86,13 @@ pub(crate) struct Retried {
     pub(crate) extent: Extent,
 }
 
-/// Plans again what would be refused, on cells halved so often at most; what was tried, group by
-/// group.
+/// Plans again what would be refused, on cells divided into so many parts at most; what was tried,
+/// group by group.
 pub(crate) fn tried_again(
     world: &World,
     job: &mut Job,
     mut paths: Paths,
-    (control, most_halvings): (&Control<'_>, u32),
+    (control, most_parts): (&Control<'_>, f64),
     effort: &mut Effort,
 ) -> (Paths, Vec<Retried>) {
     let mut tried: Vec<Retried> = Vec::new();
@@ -101,7 +108,7 @@ pub(crate) fn tried_again(
             control,
             drones: &drones,
             attempts: &WHOLE,
-            most_halvings,
+            most_parts,
         };
         let extent = whole.planned_again(job, &mut paths, effort);
         tried.push(Retried { drones, extent });
@@ -112,7 +119,7 @@ pub(crate) fn tried_again(
             control,
             drones: &drones,
             attempts: &GROUP,
-            most_halvings,
+            most_parts,
         };
         let extent = group.planned_again(job, &mut paths, effort);
         tried.push(Retried { drones, extent });
@@ -130,8 +137,8 @@ pub(crate) fn planned_finer(
     effort: &mut Effort,
 ) -> Paths {
     let chosen: Vec<DroneId> = job.agents.iter().map(|agent| agent.drone).collect();
-    for times in 1..=2 {
-        let cell_m = halved_cells_m(world, times);
+    for parts in [2.0, 4.0] {
+        let cell_m = divided_cells_m(world, parts);
         let Some(cell_m) = cell_m.filter(|_| is_slow(job, &paths) && !(control.stop)()) else {
             break;
         };
@@ -254,12 +261,12 @@ fn in_the_way(
     }
 }
 
-/// The world's cells halved so often (m), if a lattice of them is made.
-pub(crate) fn halved_cells_m(world: &World, times: u32) -> Option<f64> {
+/// The world's cells divided into so many parts (m), if a lattice of them is made.
+pub(crate) fn divided_cells_m(world: &World, parts: f64) -> Option<f64> {
     let size_m = world.bounds_m.max - world.bounds_m.min;
-    let cell_m = world.planning.cell_m / f64::from(1 << times);
+    let cell_m = world.planning.cell_m / parts;
     let fits = cell_m >= LEAST_CELL_M && lattice_places(size_m, cell_m) <= MOST_PLACES;
-    (times == 0 || fits).then_some(cell_m)
+    (parts == 1.0 || fits).then_some(cell_m)
 }
 
 /// Drones among which some were refused.
@@ -269,9 +276,9 @@ struct Refused<'a> {
     /// Planned together again.
     drones: &'a [DroneId],
     /// What is tried in turn.
-    attempts: &'a [(u32, [f64; 2])],
-    /// Cells are halved so often at most.
-    most_halvings: u32,
+    attempts: &'a [(f64, [f64; 2])],
+    /// Cells are divided into so many parts at most.
+    most_parts: f64,
 }
 
 impl Refused<'_> {
@@ -281,26 +288,35 @@ impl Refused<'_> {
         let own_m = self.world.planning.cell_m;
         let (mut finest_m, mut ended) = (own_m, None);
         let begun = effort.expansions;
-        let until = begun
-            + match paths.costmap.lingers() > 0 || paths.costmap.has_air_limits_of_zones() {
-                true => MOST_DEAR_EXPANSIONS,
-                false => MOST_EXPANSIONS,
-            };
+        let (lingers, zones) = (
+            paths.costmap.lingers() > 0,
+            paths.costmap.has_air_limits_of_zones(),
+        );
+        let mut left = match lingers || zones {
+            true => MOST_DEAR_EXPANSIONS,
+            false => MOST_EXPANSIONS,
+        };
+        // States of whose steps tables know take less.
+        let tabulated = match (zones, lingers) {
+            (true, _) => 1,
+            (false, true) => UNTABULATED_STATES * UNTABULATED_LATE_STATES,
+            (false, false) => UNTABULATED_STATES,
+        };
         let mut judged = 0;
         let prepared = Prepared::default();
         let attempts = self.attempts.iter();
-        for &(times, raised) in attempts.filter(|(times, _)| *times <= self.most_halvings) {
-            let Some(cell_m) = halved_cells_m(self.world, times) else {
+        for &(parts, raised) in attempts.filter(|(parts, _)| *parts <= self.most_parts) {
+            let Some(cell_m) = divided_cells_m(self.world, parts) else {
                 continue;
             };
-            let left = until.saturating_sub(effort.expansions);
             if self.unplanned(paths) == 0 || left == 0 || (self.control.stop)() {
                 break;
             }
+            let is_exact = raised == [1.0; 2];
             let terms = Terms {
                 cell_m,
                 raised,
-                most_expansions: left.min(EXPANSIONS_OF_ONE),
+                most_expansions: EXPANSIONS_OF_ONE.min(UNTABULATED_STATES * left),
                 improves: true,
             };
             let subfleet = Subfleet {
@@ -311,7 +327,11 @@ impl Refused<'_> {
                 control: self.control,
                 prepared: &prepared,
             };
-            let Some(found) = subfleet.replanned(&terms, effort) else {
+            let before = effort.expansions;
+            let found = subfleet.replanned(&terms, effort);
+            let spent = effort.expansions - before;
+            left = left.saturating_sub(if is_exact { spent / tabulated } else { spent });
+            let Some(found) = found else {
                 if (self.control.stop)() {
                     break;
                 }
@@ -320,7 +340,6 @@ impl Refused<'_> {
             };
             finest_m = finest_m.min(cell_m);
             let is_better = found.unplanned < self.unplanned(paths);
-            let is_exact = raised == [1.0; 2];
             let mut is_kept = || {
                 judged += 1;
                 judged <= MOST_JUDGED && subfleet.judged(&found).1.violations.is_empty()

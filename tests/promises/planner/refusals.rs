@@ -417,6 +417,44 @@ fn an_appointment_beyond_a_gap_that_whole_cells_miss_is_kept_on_finer_ones() {
     assert!(is_proven);
 }
 
+/// The chords of smooth motion widen every gap by four centimetres, which side by side nothing
+/// needs.
+#[test]
+fn drones_that_stand_hardly_farther_apart_than_they_must_fly_smooth() {
+    let world = read(
+        r#"Scenario(name: "beside", bounds_m: (min: (0, 0, 0), max: (6, 6, 3)),
+        drones: [
+            (name: "a", airframe: "crazyflie-2.1", start_m: (1, 1, 1), tasks: [(to_m: (1, 5, 1))]),
+            (name: "b", airframe: "crazyflie-2.1", start_m: (1.36, 1, 1),
+                tasks: [(to_m: (1.36, 5, 1))]),
+        ],
+        planning: (motion: Smooth))"#,
+    );
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+    assert_sound(&world, &planned.plan);
+}
+
+/// Between two walls, where bounds at lanes of halves of a metre keep the search off.
+#[test]
+fn drones_pass_one_another_between_walls_in_lanes_that_are_no_halves_of_a_metre() {
+    let world = read(
+        r#"Scenario(name: "walls", bounds_m: (min: (0, 0, 0), max: (20, 10, 6)), air: (),
+        obstacles: [
+            (min_m: (0, 0, 0), max_m: (20, 4.25, 6)), (min_m: (0, 5.75, 0), max_m: (20, 10, 6)),
+        ],
+        airframes: {"ox": (mass_kg: 1.207, propellers: 4, propeller_diameter_m: 0.1295,
+            motor_distance_m: 0.266, body_radius_m: 0.25, max_speed_mps: 2.0)},
+        drones: [
+            (name: "there", airframe: "ox", start_m: (1, 5, 3), tasks: [(to_m: (19, 5, 3))]),
+            (name: "back", airframe: "ox", start_m: (19, 5, 3), tasks: [(to_m: (1, 5, 3))]),
+        ])"#,
+    );
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+    assert_sound(&world, &planned.plan);
+}
+
 #[test]
 fn two_windows_at_one_place_that_meet_are_one_stay() {
     let world = read(
