@@ -57,6 +57,26 @@ fn a_drone_that_lands_and_drops_its_tasks_comes_to_rest_and_then_lands() {
 }
 
 #[test]
+fn a_late_drone_on_a_path_found_on_finer_cells_is_planned_on_with_those_in_its_way() {
+    let flown = flown(include_str!("../../../../../scenarios/landing-pads.ron"));
+    for (at_s, drone) in [
+        (5.0, "home-4"),
+        (5.5, "home-4"),
+        (6.0, "home-4"),
+        (8.0, "home-7"),
+    ] {
+        let mut running = flown.clone();
+        let told = changed(&mut running, at_s, late(drone, 1.0));
+        let gives_way = |it: &Changed| it.cause == Cause::GaveWay;
+        assert!(told.changed.iter().any(gives_way), "{told:#?}");
+        assert_eq!(told.refused, [], "{drone} at {at_s} s");
+        // It is within another's wake already.
+        assert_eq!(running.plan().violations, told.unavoidable);
+        states_what_follows(&running);
+    }
+}
+
+#[test]
 fn a_drone_that_comes_and_hardly_stops_is_refused_as_in_a_scenario() {
     let (world, plan) = hall(4);
     let straight = Running::new(world, plan).expect("its plan");
