@@ -63,12 +63,12 @@ const PER_TASK: usize = 16;
 /// How to fly.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Options {
-    /// Each of them flies.
+    /// Each of them flies; one at least.
     pub controllers: Vec<Controller>,
     /// Each of them flies; `none` is flown in any case.
     pub feed_forward: Vec<FeedForward>,
     /// Speeds of the air in wakes over that of the centreline, within [`CONVECTION_FACTORS`]; each
-    /// is flown.
+    /// is flown; one at least.
     pub convection: Vec<f64>,
     /// Intensity of gusts over the centreline speed, 0 to 1; 0: none.
     pub gusts: f64,
@@ -76,7 +76,7 @@ pub struct Options {
     pub lean: bool,
     /// Of the gusts.
     pub seed: u64,
-    /// Fly only up to this time (s); `None`: to the end.
+    /// Fly only up to this time (s, from 0); `None`: to the end.
     pub until_s: Option<f64>,
 }
 
@@ -110,7 +110,15 @@ impl Options {
         let gusts = self.gusts;
         let gusty = (!(0.0..=1.0).contains(&gusts))
             .then(|| format!("the intensity of gusts is {gusts}: not within 0 to 1"));
-        factors.chain(gusty).collect()
+        let until = (self.until_s.filter(|it| it.is_nan() || *it < 0.0))
+            .map(|it| format!("the time up to which it is flown is {it} s: not from 0"));
+        let lists = [
+            ("controller", self.controllers.is_empty()),
+            ("convection factor", self.convection.is_empty()),
+        ];
+        let empty = lists.into_iter().filter(|(_, is_empty)| *is_empty);
+        let empty = empty.map(|(what, _)| format!("there is no {what} to fly with"));
+        factors.chain(gusty).chain(until).chain(empty).collect()
     }
 }
 
@@ -133,7 +141,7 @@ pub fn fly(
         return Err(FlyError::Options(problems.join("; ")));
     }
     let fleet = Fleet::new(plan, setup)?;
-    let until_s = options.until_s.unwrap_or(f64::INFINITY).max(0.0);
+    let until_s = options.until_s.unwrap_or(f64::INFINITY);
     let until_s = until_s.min(fleet.last_s + TAIL_S);
     let drones = fleet.crafts.len();
     let lasts_s = until_s + SETTLE_S;
@@ -802,6 +810,21 @@ mod tests {
             ..Options::default()
         };
         assert!(told(&alone(""), &gusty).contains("gusts"));
+        for until_s in [f64::NAN, -1.0] {
+            let until = Options {
+                until_s: Some(until_s),
+                ..calm_at(1.0)
+            };
+            let said = told(&alone(""), &until);
+            assert!(said.contains("up to which it is flown"), "{said}");
+        }
+        let nothing = Options {
+            controllers: Vec::new(),
+            convection: Vec::new(),
+            ..Options::default()
+        };
+        let said = told(&alone(""), &nothing);
+        assert!(said.contains("no controller") && said.contains("no convection factor"));
         let mut heavy = alone("");
         heavy.drones[0].trajectory.mass_kg[0] *= 5.0;
         let said = told(&heavy, &Options::default());

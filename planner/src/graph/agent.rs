@@ -376,9 +376,14 @@ impl Agent {
     /// Lets it use the roadmap's paths beyond the lattice as well, where there are any that it fits
     /// along; how long its path is has to be worked out anew then.
     pub(crate) fn use_channels(&mut self, roadmap: &Roadmap) {
-        let known = self.mover.stops().len();
         let stops = roadmap.channel_stops(self.mover.radius_m());
-        self.mover = self.mover.clone().with_stops(stops);
+        self.use_stops(roadmap, stops);
+    }
+
+    /// Lets it use more of the roadmap's stops, as [`Agent::use_channels`].
+    pub(crate) fn use_stops(&mut self, roadmap: &Roadmap, more: impl Iterator<Item = Vertex>) {
+        let known = self.mover.stops().len();
+        self.mover = self.mover.clone().with_stops(more);
         if self.mover.stops().len() == known {
             return;
         }

@@ -276,15 +276,27 @@ pub(super) fn problems(
             _ => {}
         }
     }
-    let faults = (placed.iter()).flat_map(|drone| world.faults_of(drone, at_s));
+    let known = |name: &str| world.drones.iter().position(|known| known.name == name);
+    let comes = |name: &str| known(name).is_none_or(&is_fixed);
+    let faults = placed.iter().flat_map(|drone| {
+        let is_there = known(&drone.name).filter(|_| !comes(&drone.name));
+        let start_m = is_there.map_or(drone.start_m, |it| world.drones[it].start_m);
+        let mut faults = world.faults_of(
+            &Drone {
+                start_m,
+                ..drone.clone()
+            },
+            at_s,
+        );
+        faults.extend(world.slow_to_stop(drone));
+        faults
+    });
     found.extend(faults.map(|fault| ChangeError::Number(Box::new(fault))));
     placed.retain(|drone| {
         let goals_m = drone.tasks.iter().map(|task| task.to_m);
         let mut places_m = goals_m.chain([drone.start_m]);
         places_m.all(|at_m| at_m.iter().all(|c| c.is_finite()))
     });
-    let known = |name: &str| world.drones.iter().position(|known| known.name == name);
-    let comes = |name: &str| known(name).is_none_or(&is_fixed);
     let placed = World {
         drones: placed,
         ..world.clone()

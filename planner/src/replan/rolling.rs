@@ -950,6 +950,9 @@ impl Turn<'_> {
 
     /// Vertices of stops; those that are new to the roadmap are connected.
     fn connect(&mut self, stops: &[Stop]) -> Vec<Vertex> {
+        if stops.is_empty() {
+            return Vec::new();
+        }
         let running = &mut *self.running;
         let roadmap = &mut running.job.roadmap;
         let known = roadmap.place_count();
@@ -1131,16 +1134,11 @@ impl Turn<'_> {
     /// What each drone has to do from where it can do something else, and what it keeps if it finds
     /// no path; nothing is kept of drones that cannot be planned anew.
     fn agents(&mut self) -> (Vec<Agent>, Vec<Vec<Leg>>) {
+        let ready = self.ready();
         let roadmap = &self.running.job.roadmap;
         let (mut agents, mut kept) = (Vec::new(), Vec::new());
-        for (index, track) in self.running.tracks.iter().enumerate() {
-            let told = self.asked.get_mut(&index).filter(|asked| !asked.settled);
-            let cause = told.as_ref().map(|asked| asked.cause);
-            let ready = match cause {
-                Some(Cause::Added | Cause::Retasked) => Some(track.agent.clone()),
-                _ => track.ready(roadmap, self.at),
-            };
-            if let Some(told) = told {
+        for ((index, track), ready) in self.running.tracks.iter().enumerate().zip(ready) {
+            if let Some(told) = self.asked.get_mut(&index).filter(|asked| !asked.settled) {
                 told.settled = ready.is_none();
             }
             kept.push((ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at)));
@@ -1157,6 +1155,36 @@ impl Turn<'_> {
             agents.push(agent);
         }
         (agents, kept)
+    }
+
+    /// What each drone has to do from where it can do something else; `None` where it cannot be
+    /// planned anew. Places that the roadmap has not are connected.
+    fn ready(&mut self) -> Vec<Option<Agent>> {
+        let is_told = |index: usize| {
+            let told = self.asked.get(&index).filter(|asked| !asked.settled);
+            told.is_some_and(|asked| matches!(asked.cause, Cause::Added | Cause::Retasked))
+        };
+        let told: Vec<bool> = (0..self.running.tracks.len()).map(is_told).collect();
+        let Running {
+            world, job, tracks, ..
+        } = &*self.running;
+        let states = tracks.iter().map(|it| it.state(&job.roadmap, self.at));
+        let states: Vec<State> = states.collect();
+        let beyond = |(index, state): (usize, &State)| {
+            let turns = tracks[index].turns_beyond(&job.roadmap, state);
+            let (at_m, grounded) = turns.filter(|_| !told[index])?;
+            Some(start_of(world, &world.drones[index], at_m, grounded))
+        };
+        let beyond: Vec<Option<Stop>> = states.iter().enumerate().map(beyond).collect();
+        let stops: Vec<Stop> = beyond.iter().flatten().copied().collect();
+        let mut vertices = self.connect(&stops).into_iter();
+        let Running { job, tracks, .. } = &*self.running;
+        let tracks = tracks.iter().zip(&told).zip(states.into_iter().zip(beyond));
+        let ready = tracks.map(|((track, told), (state, beyond))| match told {
+            true => Some(track.agent.clone()),
+            false => track.ready(&job.roadmap, state, beyond.and_then(|_| vertices.next())),
+        });
+        ready.collect()
     }
 
     /// The drones that have found no path, and would run into others if they went on as they are

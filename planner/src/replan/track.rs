@@ -11,6 +11,7 @@ use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AtEnd, DronePlan, TrajectoryEntry};
 use crate::sipp::search::joined;
+use crate::solver::prepare::with_lifts;
 
 /// A time this close to a whole tick is one (ticks): what writing it in seconds rounds.
 const SAME_TICK: f64 = 1e-6;
@@ -141,21 +142,48 @@ impl Track {
         }
     }
 
-    /// What it has to do from where it can do something else; `None` where it cannot be planned
-    /// anew: it has nothing left to do but to end, which it cannot do otherwise.
-    pub(super) fn ready(&self, roadmap: &Roadmap, at: Tick) -> Option<Agent> {
+    /// Where it can be planned anew from, if that is no vertex that it may use (m), and whether it
+    /// stands on the ground there: as on a path found on finer cells.
+    pub(super) fn turns_beyond(
+        &self,
+        roadmap: &Roadmap,
+        state: &State,
+    ) -> Option<(Point3<f64>, bool)> {
+        let &State::Flies {
+            done,
+            at_m,
+            grounded,
+            ..
+        } = state
+        else {
+            return None;
+        };
+        let is_beyond = done < self.agent.waypoints.len();
+        let is_beyond = is_beyond && self.vertex_at(roadmap, &at_m).is_none();
+        is_beyond.then_some((at_m, grounded))
+    }
+
+    /// What it has to do from where it can do something else, which is at the `beyond` vertex where
+    /// that is none of its own; `None` where it cannot be planned anew: it has nothing left to do
+    /// but to end, which it cannot do otherwise.
+    pub(super) fn ready(
+        &self,
+        roadmap: &Roadmap,
+        state: State,
+        beyond: Option<Vertex>,
+    ) -> Option<Agent> {
         let State::Flies {
             done,
             begun,
             departs,
             at_m,
             grounded,
-        } = self.state(roadmap, at)
+        } = state
         else {
             return None;
         };
-        let start = self.vertex_at(roadmap, &at_m)?;
-        (done < self.agent.waypoints.len()).then(|| Agent {
+        let start = beyond.or_else(|| self.vertex_at(roadmap, &at_m))?;
+        let mut agent = (done < self.agent.waypoints.len()).then(|| Agent {
             start,
             departs,
             begun,
@@ -163,7 +191,11 @@ impl Track {
             is_sent: false,
             is_caught: false,
             ..self.agent_after(done)
-        })
+        })?;
+        if beyond.is_some() {
+            agent.use_stops(roadmap, with_lifts(roadmap, &[start]).into_iter());
+        }
+        Some(agent)
     }
 
     /// When each task is begun to dwell at and done, as far as legs get.
@@ -461,7 +493,8 @@ fn whole(t_s: f64) -> [u32; 2] {
     [ticks.floor() as u32, ticks.ceil() as u32]
 }
 
-/// Cuts a leg wherever it passes a place of the lattice, or one of these (m), at a whole tick.
+/// Cuts a leg wherever it passes a place of the lattice, or one of these (m), at a whole tick; what
+/// passes by them, as on a path found on finer cells, in short pieces.
 pub(super) fn cut(leg: &Leg, lattice: &Lattice, stops_m: &[Point3<f64>]) -> Vec<Leg> {
     let mut parts = Vec::new();
     let mut rest = *leg;
@@ -479,5 +512,29 @@ pub(super) fn cut(leg: &Leg, lattice: &Lattice, stops_m: &[Point3<f64>]) -> Vec<
         }
     }
     parts.push(rest);
-    parts
+    let is_known = |at_m: &Point3<f64>| lattice.place_at(at_m).is_some() || stops_m.contains(at_m);
+    let is_on = |part: &Leg| is_known(&part.from_m) && is_known(&part.to_m);
+    let part = |part: &Leg| match is_on(part) {
+        true => vec![*part],
+        false => pieces(part, 0.5 * lattice.cell_m()),
+    };
+    parts.iter().flat_map(part).collect()
+}
+
+/// A leg in pieces of this length at most (m), but for ticks; one straight up or down, as from where
+/// a drone stands, in one.
+fn pieces(leg: &Leg, longest_m: f64) -> Vec<Leg> {
+    let way_m = leg.to_m - leg.from_m;
+    if leg.stays() || way_m.xy().norm() < SAME_PLACE_M {
+        return vec![*leg];
+    }
+    let ticks = leg.end.0 - leg.start.0;
+    let count = ((way_m.norm() - SAME_PLACE_M) / longest_m).ceil().max(1.0);
+    let count = (count as u32).min(ticks);
+    let at = |k: u32| {
+        let past = u64::from(ticks) * u64::from(k) / u64::from(count);
+        leg.start.after(past as u32)
+    };
+    let pieces = (0..count).map(|k| leg.between(at(k), at(k + 1)));
+    pieces.collect()
 }

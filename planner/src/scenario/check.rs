@@ -141,6 +141,19 @@ impl World {
         }
         check.errors
     }
+
+    /// That a drone planned in this world takes longer to stop than is flown smoothly, where its
+    /// motion is to be.
+    pub(crate) fn slow_to_stop(&self, drone: &Drone) -> Option<WorldError> {
+        let planning = &self.planning;
+        if planning.motion != PathMotion::Smooth || planning.relaxable.motion {
+            return None;
+        }
+        let mut check = Check { errors: Vec::new() };
+        let whose = format!("drone `{}`", drone.name);
+        check.number(&whose, "time to stop", drone.vehicle.stop_s(), &STOP_S);
+        check.errors.pop()
+    }
 }
 
 impl Drone {
@@ -297,11 +310,7 @@ impl Check {
         for (index, drone) in world.drones.iter().enumerate() {
             self.name(format!("drone {}", index + 1), &drone.name);
             self.drone(drone, world.air.density_kg_per_m3());
-            let planning = &world.planning;
-            if planning.motion == PathMotion::Smooth && !planning.relaxable.motion {
-                let whose = format!("drone `{}`", drone.name);
-                self.number(&whose, "time to stop", drone.vehicle.stop_s(), &STOP_S);
-            }
+            self.errors.extend(world.slow_to_stop(drone));
         }
     }
 

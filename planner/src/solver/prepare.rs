@@ -427,7 +427,7 @@ pub(crate) fn agent_of(
 }
 
 /// Own stops beyond the lattice, and the places right above those on the ground.
-fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
+pub(crate) fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     let mut stops: Vec<Vertex> = Vec::new();
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);

@@ -381,11 +381,15 @@ impl Differences<'_> {
         let there = (self.judged_by.zip(there_s))
             .and_then(|((scene, near), t_s)| air::at(scene, near, k, t_s));
         let (mean_mps, strongest) = there.unwrap_or((0.0, None));
-        // Where all that it meets is within the slack, which hides what is that faint, any moment
-        // of its flight will do.
+        // Where all that it meets, and is stated to meet, is within the slack, which hides what is
+        // that faint, any moment of its flight will do, and any other drone of the plan.
+        let highest_mps = stated.worst_air_mps.map(|it| it.max(met.worst_air_mps));
+        let is_faint = highest_mps.is_some_and(|it| it <= slack_mps);
+        let mut drones = self.file.plan.drones.iter().enumerate();
+        let is_another = drones.any(|(other, it)| other != k && from.as_ref() == Some(&it.name));
         let (takes_off_s, until_s) = self.file.plan.drones[k].airborne_s;
         let flies = |t_s: f64| takes_off_s <= t_s && until_s.is_none_or(|until_s| t_s <= until_s);
-        let is_highest = met.worst_air_mps > 0.0
+        let is_highest = (met.worst_air_mps > 0.0 || is_faint)
             && there_s.is_some_and(flies)
             && mean_mps + slack_mps >= met.worst_air_mps;
         if at_s.is_some() && !is_highest {
@@ -396,7 +400,9 @@ impl Differences<'_> {
                 told_s(met.worst_air_at_s),
             );
         }
-        let is_of = *from == met.worst_air_from || is_highest && *from == strongest;
+        let is_of = *from == met.worst_air_from
+            || is_highest && *from == strongest
+            || is_faint && is_another;
         if from.is_some() && !is_of {
             self.tell(
                 Some(k),
@@ -492,5 +498,42 @@ impl Differences<'_> {
             stated,
             found,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::file::read;
+
+    /// The figures that differ where a drone far from another is stated to meet its air.
+    fn differences(worst_air_mps: f64, from: &str) -> Vec<String> {
+        let drone = |name: &str, x: f64, stated: &str| {
+            format!(
+                r#"{{"name": "{name}", "airframe": "kolibri", {stated}
+                "trajectory": {{"t_s": [0, 6], "position_m": [[{x}, 5, 2], [{x}, 9, 2]]}}}}"#
+            )
+        };
+        let stated = format!(
+            r#""worst_air_mps": {worst_air_mps}, "worst_air_from": "{from}", "worst_air_at_s": 3,"#
+        );
+        let text = format!(
+            r#"{{"format": "plan/2", "scenario": "two", "bounds_m": {{"min": [0, 0, 0], "max": [40, 20, 8]}},
+            "air_delay": {{"convection": [0.6, 1.0]}}, "drones": [{}, {}]}}"#,
+            drone("a", 2.0, &stated),
+            drone("b", 38.0, "")
+        );
+        let found = examine(&read(&text).expect("a plan"), false);
+        let figures = found.differences.into_iter();
+        figures.map(|it| it.figure).collect()
+    }
+
+    #[test]
+    fn of_whom_air_is_that_the_slack_hides_is_no_difference() {
+        assert_eq!(differences(1e-4, "b"), Vec::<String>::new());
+        assert_eq!(differences(1e-4, "x"), ["worst_air_from"]);
+        assert_eq!(differences(1e-4, "a"), ["worst_air_from"]);
+        let stated = ["worst_air_mps", "worst_air_at_s", "worst_air_from"];
+        assert_eq!(differences(0.1, "b"), stated);
     }
 }

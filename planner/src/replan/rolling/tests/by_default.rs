@@ -9,7 +9,8 @@ fn flown(text: &str) -> Running {
     let world = read_world(text).expect("in order");
     let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
     let plan = outcome.into_planned().expect("a plan").plan;
-    assert!(plan.violations.is_empty() && plan.drones[0].trajectory.is_smooth());
+    assert!(plan.violations.is_empty());
+    assert!(plan.drones.iter().any(|it| it.trajectory.is_smooth()));
     Running::new(world, plan).expect("its plan")
 }
 
@@ -52,6 +53,46 @@ fn a_drone_that_lands_and_drops_its_tasks_comes_to_rest_and_then_lands() {
         let left = find(running.plan(), "left");
         let lands_m = left.trajectory.position_m.last().expect("a place");
         assert!(left.at_end == AtEnd::Land && lands_m.z < 0.5, "{lands_m}");
+    }
+}
+
+#[test]
+fn a_late_drone_on_a_path_found_on_finer_cells_is_planned_on_with_those_in_its_way() {
+    let flown = flown(include_str!("../../../../../scenarios/landing-pads.ron"));
+    for (at_s, drone) in [
+        (5.0, "home-4"),
+        (5.5, "home-4"),
+        (6.0, "home-4"),
+        (8.0, "home-7"),
+    ] {
+        let mut running = flown.clone();
+        let told = changed(&mut running, at_s, late(drone, 1.0));
+        let gives_way = |it: &Changed| it.cause == Cause::GaveWay;
+        assert!(told.changed.iter().any(gives_way), "{told:#?}");
+        assert_eq!(told.refused, [], "{drone} at {at_s} s");
+        // It is within another's wake already.
+        assert_eq!(running.plan().violations, told.unavoidable);
+        states_what_follows(&running);
+    }
+}
+
+#[test]
+fn a_drone_that_comes_and_hardly_stops_is_refused_as_in_a_scenario() {
+    let (world, plan) = hall(4);
+    let straight = Running::new(world, plan).expect("its plan");
+    for (running, is_refused) in [(straight, false), (yard("Hover"), true)] {
+        let mut world = running.world().clone();
+        let mut barge = world.drones[0].clone();
+        (barge.name, barge.vehicle.max_jerk_mps3) = ("barge".to_owned(), 0.1);
+        let comes = [Change::Added(barge.clone())];
+        let told = running.check(1.0, &comes).err().unwrap_or_default();
+        world.drones.push(barge);
+        let scenario = world.check().err().map_or(Vec::new(), |it| it.0);
+        let is_slow = |it: &String| it.contains("time to stop");
+        let in_scenario = scenario.iter().map(ToString::to_string);
+        assert_eq!(in_scenario.filter(is_slow).count(), usize::from(is_refused));
+        let of_change = told.iter().map(ToString::to_string);
+        assert_eq!(of_change.filter(is_slow).count(), usize::from(is_refused));
     }
 }
 

@@ -214,6 +214,25 @@ fn all_that_is_wrong_is_said_and_nothing_changes() {
 }
 
 #[test]
+fn of_a_drone_that_is_there_already_a_start_is_not_said_to_be_wrong() {
+    let (world, plan) = hall(4);
+    let running = Running::new(world, plan).expect("its plan");
+    let landed = Change::Landed {
+        drone: "d2".to_owned(),
+        over_m: Some(Point3::new(f64::NAN, 1.5, 1.5)),
+    };
+    for change in [retasked("d1", vec![task(f64::NAN, 1.5, 1.5)]), landed] {
+        let errors = running.check(1.0, &[change]).expect_err("no place");
+        let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        assert!(
+            told[0].contains("a task") && told[0].contains("NaN"),
+            "{told:?}"
+        );
+        assert!(told.iter().all(|it| !it.contains("start")), "{told:?}");
+    }
+}
+
+#[test]
 fn loads_landings_and_grounded_drones_go_on_as_they_are() {
     let (world, plan) = planned(
         r#"Scenario(name: "yard", bounds_m: (min: (0, 0, 0), max: (20, 14, 6)),
