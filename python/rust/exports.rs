@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::{Value, json};
 
-use crate::refused::{fault, json_text, refused, sentence};
+use crate::refused::{fault, json_text, no_plan, refused, sentence};
 use crate::waiting::{Stop, wait};
 
 /// Setpoints: axes, how many a second, and whether they count from each drone's own start.
@@ -55,7 +55,7 @@ pub(crate) fn export(
         untimed_ok,
         kept: Default::default(),
     };
-    let file = file::read(text).map_err(|error| sentence(py, "PlanError", error))?;
+    let file = file::read(text).map_err(|error| no_plan(py, &error))?;
     let made = wait(py, &Stop::default(), move || {
         let examined = examine(&file, false);
         match examined.plan.violations.len() + examined.untold {

@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use serde_json::{Value, json};
 use viewer::View;
 
-use crate::refused::{fault, json_text, refused, scenario, sentence};
+use crate::refused::{fault, json_text, no_plan, refused, scenario, sentence};
 use crate::waiting::{Stop, wait};
 
 /// A scenario that was read.
@@ -81,7 +81,7 @@ impl Plan {
     /// Reads the text of a plan.json, with the results that follow from it.
     #[staticmethod]
     fn read(py: Python<'_>, text: &str) -> PyResult<Plan> {
-        let file = file::read(text).map_err(|error| sentence(py, "PlanError", error))?;
+        let file = file::read(text).map_err(|error| no_plan(py, &error))?;
         wait(py, &Stop::default(), move || {
             let Examination {
                 mut plan, untold, ..
@@ -97,6 +97,12 @@ impl Plan {
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.1.clone()
+    }
+
+    /// How many more violations there are than it tells.
+    #[getter]
+    fn untold(&self) -> usize {
+        self.2
     }
 
     fn json(&self) -> PyResult<String> {
@@ -184,6 +190,13 @@ pub(crate) fn plan(
 /// Endpoints that exclude one another, as data.
 fn blocked(py: Python<'_>, conflicts: &EndpointConflicts, world: &planner::World) -> PyErr {
     let entries = conflicts.worst.iter().map(|it| {
+        let meeting = it.meeting.as_ref().map(|it| {
+            json!({
+                "task": it.task,
+                "their_task": it.their_task,
+                "during_s": it.during_s,
+            })
+        });
         let with = match it.blocker {
             Blocker::Drone(index) => &world.drones[index].name,
             Blocker::Zone(index) => &world.zones[index].name,
@@ -192,6 +205,7 @@ fn blocked(py: Python<'_>, conflicts: &EndpointConflicts, world: &planner::World
             "drone": world.drones[it.drone].name,
             "with": with,
             "when": it.when,
+            "meeting": meeting,
             "why": it.why,
             "nearest_fix_m": it.nearest_fix_m,
         })
@@ -205,13 +219,18 @@ fn blocked(py: Python<'_>, conflicts: &EndpointConflicts, world: &planner::World
         .first()
         .map(|it| format!(": {} with {}", it["drone"], it["with"]));
     let message = format!("no plan can be safe: {pairs}{}", first.unwrap_or_default());
-    refused(py, "Blocked", &message, &entries)
+    refused(
+        py,
+        "Blocked",
+        &message,
+        &[json!({ "conflicts": entries, "more": conflicts.more })],
+    )
 }
 
 /// The verifier's examination of a plan's text, as JSON.
 #[pyfunction]
 pub(crate) fn check(py: Python<'_>, text: String, late: bool) -> PyResult<String> {
-    let file: PlanFile = file::read(&text).map_err(|error| sentence(py, "PlanError", error))?;
+    let file: PlanFile = file::read(&text).map_err(|error| no_plan(py, &error))?;
     wait(py, &Stop::default(), move || {
         let found = examine(&file, late);
         let violations = &found.plan.violations;

@@ -4,18 +4,24 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use diagnosis::calibrate::{self as fits, jet_ron};
-use diagnosis::campaign::{CampaignOptions, diagnose_campaign, near_floor};
+use diagnosis::campaign::flights::Flights;
+use diagnosis::campaign::{
+    CampaignError, CampaignOptions, diagnose_campaign, diagnose_sideways, near_floor,
+};
 use diagnosis::forward::simulate::{self as forward, Channel, Sample};
 use diagnosis::infer::diagnose::diagnose_channel;
+use diagnosis::infer::finding::FORMAT;
 use diagnosis::infer::finding_file::finding_ron;
+use diagnosis::infer::noticed::{RemarkOf, Remarked, doubts, noticed};
 use diagnosis::record::read::{self, Campaign};
 use numpy::IntoPyArray;
 use numpy::ndarray::{Array1, Array2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::Serialize;
 
-use crate::refused::{json_text, recording, sentence};
+use crate::refused::{fault, recording, sentence};
 use crate::waiting::{Stop, wait};
 
 /// A recording that was read.
@@ -122,19 +128,22 @@ pub(crate) fn diagnose(
     };
     let channel = channel.map(named).transpose()?;
     let of = Arc::clone(&recording.0);
-    let found = wait(py, &Stop::default(), move || diagnose_channel(&of, channel))?;
+    let (found, remarks) = wait(py, &Stop::default(), move || {
+        let found = diagnose_channel(&of, channel);
+        (found, noticed(std::slice::from_ref(&*of)))
+    })?;
     let found = found.map_err(|error| sentence(py, "RecordingError", error))?;
-    Ok((json_text(&found)?, finding_ron(&found)))
+    Ok((told(FORMAT, &found, &remarks)?, finding_ron(&found)))
 }
 
-/// Flight logs together: their finding as JSON, what whole flights add, and as a finding file.
+/// Flight logs together: their finding as JSON, and as a finding file.
 #[pyfunction]
 pub(crate) fn diagnose_flights(
     py: Python<'_>,
     recordings: Vec<Bound<'_, Recording>>,
     alone: bool,
     near_the_floor: bool,
-) -> PyResult<(String, String, String)> {
+) -> PyResult<(String, String)> {
     let logs = all(&recordings);
     let judge = match near_the_floor {
         true => near_floor(&logs),
@@ -142,14 +151,15 @@ pub(crate) fn diagnose_flights(
     };
     let options = CampaignOptions { judge, alone };
     let found = wait(py, &Stop::default(), move || {
-        diagnose_campaign(&logs, &options)
+        let found = diagnose_campaign(&logs, &options)?;
+        let sideways = diagnose_sideways(&logs, &options);
+        Ok::<_, CampaignError>((found, sideways, noticed(&logs), logs))
     })?;
     let found = found.map_err(|error| sentence(py, "RecordingError", error))?;
-    Ok((
-        json_text(&found.finding)?,
-        json_text(&found)?,
-        finding_ron(&found.finding),
-    ))
+    let (found, sideways, remarks, logs) = found;
+    let answer = Flights::of(&found, sideways.as_ref().ok(), &logs);
+    let json = told(FORMAT, &answer, &remarks)?;
+    Ok((json, finding_ron(&found.finding)))
 }
 
 /// The constants of the jet that fit best, as JSON, and as a file that scenarios cite.
@@ -164,11 +174,21 @@ pub(crate) fn calibrate(
         seed,
         ..fits::Options::default()
     };
-    let found = wait(py, &Stop::default(), move || {
-        fits::calibrate(&recordings, &options)
+    let (found, remarks) = wait(py, &Stop::default(), move || {
+        let found = fits::calibrate(&recordings, &options);
+        let mut remarks = noticed(&recordings);
+        remarks.extend(doubts(&recordings));
+        (found, remarks)
     })?;
     let found = found.map_err(|error| sentence(py, "RecordingError", error))?;
-    Ok((json_text(&found)?, jet_ron(&found)))
+    Ok((told(fits::FORMAT, &found, &remarks)?, jet_ron(&found)))
+}
+
+/// An answer as its file has it, but for the list of files.
+fn told<T: Serialize>(format: &str, answer: &T, remarks: &[RemarkOf]) -> PyResult<String> {
+    let mut told = serde_json::to_value(Remarked { answer, remarks }).map_err(fault)?;
+    told["format"] = format.into();
+    Ok(told.to_string())
 }
 
 fn all(recordings: &[Bound<'_, Recording>]) -> Vec<diagnosis::record::recording::Recording> {

@@ -1,5 +1,6 @@
 //! The package's exceptions, from what the crates refuse.
 
+use planner::plan::file::NotAPlan;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
@@ -36,6 +37,34 @@ pub(crate) fn scenario(
     };
     let entries: Vec<Value> = problems.iter().map(entry).collect();
     refused(py, "ScenarioError", &problems.to_string(), &entries)
+}
+
+/// Why a text is no plan: its fields, the first at its line and column, from 1.
+pub(crate) fn no_plan(py: Python<'_>, why: &NotAPlan) -> PyErr {
+    let entry = |message: String, place: Option<(usize, usize)>| {
+        json!({
+            "message": message,
+            "line": place.map(|(line, _)| line),
+            "column": place.map(|(_, column)| column),
+        })
+    };
+    let entries: Vec<Value> = match why {
+        NotAPlan::Field {
+            path,
+            reason,
+            line,
+            column,
+            others,
+        } => {
+            let first = entry(format!("`{path}`: {reason}"), Some((*line, *column)));
+            let others = others
+                .iter()
+                .map(|it| entry(format!("`{}`: {}", it.place, it.what), None));
+            std::iter::once(first).chain(others).collect()
+        }
+        other => vec![entry(other.to_string(), None)],
+    };
+    refused(py, "PlanError", &why.to_string(), &entries)
 }
 
 /// What is wrong with a recording, each at its file and line.

@@ -125,6 +125,19 @@ def test_separation_is_the_air_over_the_discs():
         leeward.separation("kolibri", under="kolibri", depths_m=[-1.0])
 
 
+def test_what_holds_arrays_is_compared_as_one_thing():
+    one, two = (leeward.separation("kolibri", under="kolibri") for _ in range(2))
+    assert one == one and one != two and len({one, two}) == 2
+    grid = leeward.simulate(ROOT / "recordings" / "hover-grids")[0]
+    assert grid == grid and len({grid}) == 1
+
+
+@pytest.mark.parametrize("propellers", [-1, 0, 4.9, 2**40, np.nan, np.inf])
+def test_a_number_of_propellers_that_cannot_be_is_refused(propellers):
+    with pytest.raises(ValueError, match="propellers"):
+        leeward.Air(leeward.Airframe("mine", 1.6, propellers, 0.2, 0.45))
+
+
 def test_a_path_a_text_and_a_dict_are_the_same_scenario(tmp_path):
     path = tmp_path / "two.ron"
     path.write_text(TWO)
@@ -230,7 +243,22 @@ def test_starts_that_exclude_one_another_are_told():
         leeward.plan(text)
     conflict = caught.value.conflicts[0]
     assert {conflict.drone, conflict.with_} == {"lifter", "scout"}
-    assert conflict.when == "starts"
+    assert conflict.when == "starts" and conflict.meeting is None
+    assert caught.value.more == 0
+    drone = '(name: "{}", airframe: "kolibri", start_m: (5, 4, 2), tasks: [(to_m: ({}, 7, 2){})])'
+    drones = ", ".join(drone.format(f"d{k}", 1 + k % 10, "") for k in range(60))
+    head = 'Scenario(name: "spot", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)), drones: ['
+    with pytest.raises(leeward.Blocked) as caught:
+        leeward.plan(head + drones + "])")
+    told, more = len(caught.value.conflicts), caught.value.more
+    assert more > 0 and str(caught.value).startswith(f"no plan can be safe: {told + more} pairs")
+    drone = """(name: "d{0}", airframe: "kolibri", start_m: (5.{0}, 4, 2), tasks: [
+        (to_m: (6, 7, 2), during_s: (20, 30)), (to_m: ({0}, 1, 2))])"""
+    with pytest.raises(leeward.Blocked) as caught:
+        leeward.plan(head + ", ".join(map(drone.format, (1, 2))) + "])")
+    conflict = next(it for it in caught.value.conflicts if it.when == "tasks")
+    assert conflict.meeting["task"] == conflict.meeting["their_task"] == 1
+    assert conflict.meeting["during_s"] == [20, 30]
 
 
 def test_check_finds_what_a_changed_plan_breaks(warehouse, tmp_path):
@@ -249,6 +277,24 @@ def test_check_finds_what_a_changed_plan_breaks(warehouse, tmp_path):
         leeward.check(tmp_path / "plan.json")
     with pytest.raises(leeward.PlanError):
         leeward.Plan.load(tmp_path / "plan.json")
+    assert found.untold == 0
+    stays = {"t_s": [0, 0.1], "position_m": [[5, 5, 2], [5, 5, 2]]}
+    one = {"airframe": "kolibri", "trajectory": stays}
+    bounds_m = {"min": [0, 0, 0], "max": [9, 9, 6]}
+    crowd = {"format": "plan/1", "scenario": "crowd", "bounds_m": bounds_m}
+    crowd["drones"] = [{**one, "name": f"d{k}"} for k in range(70)]
+    (tmp_path / "plan.json").write_text(json.dumps(crowd))
+    untold = leeward.check(tmp_path / "plan.json").untold
+    assert untold > 0 and leeward.Plan.load(tmp_path / "plan.json").untold == untold
+    one |= {"name": "one", "at_start": "Flying", "airborne_s": "always"}
+    (tmp_path / "plan.json").write_text(json.dumps(crowd | {"drones": [one]}))
+    for read in (leeward.check, leeward.Plan.load):
+        with pytest.raises(leeward.PlanError) as caught:
+            read(tmp_path / "plan.json")
+        messages = [it.message for it in caught.value.problems]
+        assert len(messages) == 2 and caught.value.problems[0].line == 1
+        for key in ("at_start", "airborne_s"):
+            assert any(f"drones[0].{key}" in it for it in messages)
     (tmp_path / "show.skyc").write_bytes(b"PK\x03\x04\xff\xfe")
     for read in (leeward.check, leeward.Plan.load):
         with pytest.raises(leeward.PlanError, match="show.skyc is no text"):
@@ -263,6 +309,9 @@ def test_a_plan_is_flown(warehouse):
     assert again.data == flown.data
     with pytest.raises(ValueError, match="px4"):
         leeward.fly(warehouse, controllers=["px5"])
+    for nothing in ({"controllers": []}, {"until_s": -1.0}, {"until_s": np.nan}):
+        with pytest.raises(leeward.PlanError, match="controller|up to which"):
+            leeward.fly(warehouse, **nothing)
 
 
 def test_a_plan_is_a_page_with_and_without_its_scenario(two, tmp_path):
@@ -362,10 +411,14 @@ def test_a_recording_is_diagnosed_simulated_and_calibrated(tmp_path):
     found = leeward.diagnose(ROOT / "recordings" / "draughty-hall")
     assert [it.verdict for it in found] == ["library"]
     assert [it["name"] for it in found[0].effects] == ["crossflow"]
+    assert found[0].data["format"] == "diagnosis/1"
+    assert found[0].data["remarks"] == []
     assert "crossflow" in found[0].finding_ron and "crossflow" in found[0]._repr_html_()
     grids = ROOT / "recordings" / "hover-grids"
     fits = leeward.calibrate(grids)
     assert fits.verdict == "fits" and fits.jet_ron.strip()
+    assert fits.data["format"] == "calibration/1"
+    assert "no value in any row" in fits.data["remarks"][0]["message"]
     simulated = leeward.simulate(grids)
     assert [it.recording for it in simulated] == sorted(it.recording for it in simulated)
     one = simulated[0]

@@ -7,11 +7,11 @@ use diagnosis::campaign::{Applied, CampaignOptions, Compared, apply, apply_campa
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::diagnose::DiagnoseError;
 use diagnosis::infer::finding_file::{FindingFile, read_finding};
+use diagnosis::infer::noticed::RemarkOf;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
 
 use super::diagnose::{amount, is_log};
-use super::recordings::RemarkOf;
 use crate::io::failure::Failure;
 use crate::io::files::{self, MOST_SCENARIO_BYTES};
 use crate::plots;

@@ -4,12 +4,10 @@
 mod words;
 
 use clap::Args;
-use diagnosis::calibrate::{Options, Verdict, calibrate, jet_ron};
-use diagnosis::infer::actuation::actuation;
-use diagnosis::record::recording::Recording;
-use diagnosis::record::remark::{Remark, RemarkKind};
+use diagnosis::calibrate::{FORMAT, Options, Verdict, calibrate, jet_ron};
+use diagnosis::infer::noticed::{Remarked, doubts, noticed};
 
-use super::recordings::{Asked, Read, RemarkOf, Remarked, noticed, sentences};
+use super::recordings::{Asked, Read, sentences};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::io::progress::Progress;
@@ -43,8 +41,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let figures = plots::calibration::draw(&name, &found, &recordings);
     let mut report = words::report(&name, &found, figures);
     left_out.extend(noticed(&recordings));
-    let doubts = recordings.iter().filter_map(doubt);
-    let doubts: Vec<RemarkOf> = doubts.collect();
+    let doubts = doubts(&recordings);
     let is_as_stated = doubts.is_empty();
     left_out.extend(doubts);
     let remarks = &left_out;
@@ -56,25 +53,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         answer: &found,
         remarks,
     };
-    let json = ("calibration.json", usize::MAX, "calibration/1");
+    let json = ("calibration.json", usize::MAX, FORMAT);
     let jet = ("jet.ron".to_owned(), jet_ron(&found));
     arguments
         .asked
         .deliver((&name, &report), json, &answer, vec![jet])?;
     let is_one_jet = found.goodness.verdict != Verdict::Poor;
     Ok(Answer::from(is_one_jet && is_as_stated))
-}
-
-/// Why the induced velocity that a jet is calibrated by may not be that of the drones which flew.
-fn doubt(recording: &Recording) -> Option<RemarkOf> {
-    let said = actuation(recording);
-    let message = match said.cause {
-        Some(cause) => format!(
-            "throttle and power say {cause}; the jet is calibrated by what is stated, so its speeds are off"
-        ),
-        None if said.is_contradicted => "throttle and power are not those of the stated masses and density, and the jet is calibrated by these".to_owned(),
-        None => return None,
-    };
-    let remark = Remark::new(RemarkKind::Contradicted, None, message);
-    Some(RemarkOf::new(recording, &remark))
 }

@@ -8,16 +8,18 @@ mod words;
 use std::path::PathBuf;
 
 use clap::Args;
+use diagnosis::campaign::flights::Flights;
 use diagnosis::campaign::{diagnose_campaign, diagnose_sideways};
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
-use diagnosis::infer::finding::{Finding, Verdict};
+use diagnosis::infer::finding::{FORMAT, Finding, Verdict};
 use diagnosis::infer::finding_file::{FindingFile, finding_ron, read_finding};
+use diagnosis::infer::noticed::{RemarkOf, Remarked, noticed};
 use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
 use super::answers::Printed;
-use super::recordings::{Asked, Read, RemarkOf, Remarked, noticed, sentences};
+use super::recordings::{Asked, Read, sentences};
 use super::{applied, by_name};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
@@ -27,7 +29,6 @@ use crate::plots;
 use crate::report::page;
 use crate::report::sections::{Part, Report};
 use crate::report::words::channel_words;
-use flights::Flights;
 pub(crate) use words::amount;
 
 #[derive(Args)]
@@ -78,8 +79,6 @@ const JUDGED: (&str, usize, &str) = ("judged.json", 3, "judged/1");
 
 /// The file by which one knows a folder of this command.
 const MAIN: &str = "diagnosis.json";
-/// Of [`MAIN`].
-const FORMAT: &str = "diagnosis/1";
 /// What can be compared with the simulation of one recording.
 const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Power];
 

@@ -4,10 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
-use diagnosis::forward::simulate::simulate;
-use diagnosis::infer::actuation::actuation;
+use diagnosis::infer::noticed::RemarkOf;
 use diagnosis::record::recording::Recording;
-use diagnosis::record::remark::Remark;
 use serde::Serialize;
 
 use super::answers;
@@ -42,54 +40,12 @@ pub(crate) struct Asked {
     is_silent: bool,
 }
 
-/// What was noticed about one recording, in residuals.json and diagnosis.json.
-#[derive(Serialize)]
-pub(crate) struct RemarkOf {
-    recording: String,
-    #[serde(flatten)]
-    remark: Remark,
-}
-
-impl RemarkOf {
-    pub(crate) fn new(recording: &Recording, remark: &Remark) -> RemarkOf {
-        RemarkOf {
-            recording: recording.name.clone(),
-            remark: remark.clone(),
-        }
-    }
-}
-
 /// What a run is about: recordings, what it is called, and what was noticed about those that it
 /// leaves out.
 pub(crate) struct Read {
     pub(crate) recordings: Vec<Recording>,
     pub(crate) name: String,
     pub(crate) left_out: Vec<RemarkOf>,
-}
-
-/// An answer with what was noticed about its recordings.
-#[derive(Serialize)]
-pub(crate) struct Remarked<'a, T> {
-    #[serde(flatten)]
-    pub(crate) answer: &'a T,
-    pub(crate) remarks: &'a [RemarkOf],
-}
-
-/// What reading these recordings and simulating their probes and receivers noticed, and what their
-/// throttles and powers say that no cause explains.
-pub(crate) fn noticed(recordings: &[Recording]) -> Vec<RemarkOf> {
-    let of = |recording: &Recording| {
-        let left_out = simulate(recording).left_out;
-        let unexplained = actuation(recording).remarks;
-        let all = recording
-            .remarks
-            .iter()
-            .chain(&left_out)
-            .chain(&unexplained);
-        all.map(|remark| RemarkOf::new(recording, remark))
-            .collect::<Vec<_>>()
-    };
-    recordings.iter().flat_map(of).collect()
 }
 
 /// More remarks of a kind than these are counted, not printed; the JSON has all.

@@ -30,3 +30,6 @@ mod spread;
 
 pub use assemble::{CalibrateError, calibrate};
 pub use calibration::*;
+
+/// Of calibration.json.
+pub const FORMAT: &str = "calibration/1";

@@ -10,6 +10,9 @@ use crate::forward::simulate::Channel;
 use crate::infer::candidates::Kind;
 use crate::infer::outside::{Remains, Shape};
 
+/// Of diagnosis.json.
+pub const FORMAT: &str = "diagnosis/1";
+
 /// What is missing in the simulation of a recording, and how that is known. Serialised it is the
 /// body of `diagnosis/1`. Rows count from 0 and are those of probes.csv, or of receiver.csv where
 /// there are no probes.

@@ -9,7 +9,7 @@
 //! selection and naming. [`intervals`]: how sure. [`mod@outside`]: the global
 //! lack-of-fit test, and what no candidate explains; its thresholds. [`mod@advice`]: what to
 //! measure next. [`mod@diagnose`]: all of it, from a recording to a [`finding`], and
-//! [`finding_file`]: the text that a scenario cites.
+//! [`finding_file`]: the text that a scenario cites. [`mod@noticed`]: what is told beside it.
 
 pub mod actuation;
 pub mod advice;
@@ -20,6 +20,7 @@ pub mod finding_file;
 pub mod fit;
 pub mod intervals;
 pub mod noise;
+pub mod noticed;
 pub mod onset;
 pub mod outside;
 pub mod select;

@@ -55,7 +55,7 @@ class Air:
         if isinstance(airframe, Airframe):
             numbers = (
                 float(airframe.mass_kg),
-                int(airframe.propellers),
+                _count(airframe.propellers),
                 float(airframe.propeller_diameter_m),
                 float(airframe.motor_distance_m),
                 float(airframe.width_factor),
@@ -105,12 +105,19 @@ class Air:
         return f"Air({self.name!r}, hover_velocity_mps={self.hover_velocity_mps:.2f})"
 
 
+def _count(propellers: Any) -> int:
+    """As many as the extension takes; which of them can be, that says."""
+    if not (0 <= propellers < 2**32 and propellers == int(propellers)):
+        raise ValueError(f"propellers is {propellers}; a whole number is wanted, from 1")
+    return int(propellers)
+
+
 def _rows(xyz: npt.ArrayLike) -> Floats:
     rows = np.ascontiguousarray(np.asarray(xyz, dtype=np.float64))
     return rows[None, :] if rows.ndim == 1 else rows
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Separation:
     """What one hovering drone makes of the air of another, by how far it is below and beside."""
 
@@ -129,7 +136,7 @@ class Separation:
     power: Floats
     """Its power to hover there over that in still air; shape (d, o)."""
 
-    _pair: _leeward.Separation = field(repr=False, compare=False)
+    _pair: _leeward.Separation = field(repr=False)
 
     def depth_needed_m(self, alpha: float, offset_m: float = 0.0) -> float:
         """From which depth on (m) ``alpha`` (above 0) is not exceeded, so far beside (m, from 0);

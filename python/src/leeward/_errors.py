@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a scenario, a recording or a change."""
+    """One thing that is wrong with a scenario, a plan, a recording or a change."""
 
     message: str
     """What and who."""
@@ -18,7 +18,7 @@ class Problem:
     line: int | None = None
     """From 1."""
     column: int | str | None = None
-    """Of a scenario the column from 1, of a table its name."""
+    """Of a scenario or a plan the column from 1, of a table its name."""
     label: str | None = None
     """What to say at that place."""
     notes: tuple[str, ...] = field(default=())
@@ -29,18 +29,22 @@ class Problem:
 
 @dataclass(frozen=True)
 class Conflict:
-    """Two starts or two goals that exclude one another."""
+    """Two places, or a place and a zone, that exclude one another."""
 
     drone: str
     """The one exposed."""
     with_: str
     """The drone or zone in the way."""
     when: str
-    """``starts`` or ``goals``."""
+    """``starts``, ``goals``, or ``tasks`` at which both are at one time."""
     why: Any
     """How they exclude one another, with figures."""
     nearest_fix_m: tuple[float, float, float] | None
     """A place for the drone where this pair is in order (m)."""
+    meeting: dict[str, Any] | None = None
+    """Of ``tasks``: which of the drone's (``task``, from 1; ``None``: it stays at its start), the
+    other's (``their_task``), and ``during_s``: from and until (s); ``None``: whenever the task is
+    done."""
 
 
 class LeewardError(Exception):
@@ -59,7 +63,7 @@ class ScenarioError(_Listed):
 
 
 class PlanError(_Listed):
-    """Not a plan, or none that can be flown."""
+    """Not a plan, or none that can be flown; ``problems`` has all fields that are wrong."""
 
 
 class RecordingError(_Listed):
@@ -71,11 +75,14 @@ class ChangeError(_Listed):
 
 
 class Blocked(LeewardError):
-    """No plan can be safe: starts exclude one another. ``conflicts`` names the pairs."""
+    """No plan can be safe: starts exclude one another."""
 
-    def __init__(self, message: str, conflicts: tuple[Conflict, ...] = ()) -> None:
+    def __init__(self, message: str, conflicts: tuple[Conflict, ...] = (), more: int = 0) -> None:
         super().__init__(message)
         self.conflicts = conflicts
+        """The pairs, and those of goals and tasks: all, or of very many the worst."""
+        self.more = more
+        """How many more pairs there are."""
 
 
 _LISTED: dict[str, type[_Listed]] = {
@@ -87,7 +94,8 @@ def made(name: str, message: str, entries: str) -> LeewardError:
     """An exception by its name; ``entries`` is a JSON list. Called by the extension."""
     found: list[dict[str, Any]] = json.loads(entries)
     if name == "Blocked":
-        return Blocked(message, tuple(_conflict(it) for it in found))
+        (whole,) = found
+        return Blocked(message, tuple(map(_conflict, whole["conflicts"])), whole["more"])
     problems = tuple(Problem(**{**it, "notes": tuple(it.get("notes", ()))}) for it in found)
     return _LISTED[name](message, problems)
 
@@ -100,4 +108,5 @@ def _conflict(entry: dict[str, Any]) -> Conflict:
         when=entry["when"],
         why=entry["why"],
         nearest_fix_m=None if fix is None else (fix[0], fix[1], fix[2]),
+        meeting=entry["meeting"],
     )

@@ -192,8 +192,13 @@ class Plan:
 
     @property
     def violations(self) -> list[Violation]:
-        """What the verifier found."""
+        """What the verifier found; of a drone that collides with very many others the worst."""
         return [Violation._of(it) for it in self.data["violations"]]
+
+    @property
+    def untold(self) -> int:
+        """How many more violations there are than ``violations`` has."""
+        return self._plan.untold
 
     @property
     def names(self) -> list[str]:
@@ -299,6 +304,8 @@ class Check:
     """What the verifier says of a plan."""
 
     violations: list[Violation]
+    """All; of a drone that collides with very many others, or is in very many columns, the
+    worst."""
     unplanned: list[dict[str, Any]]
     """Drones that stay at their starts, and why."""
     differences: list[dict[str, Any]]
@@ -309,6 +316,8 @@ class Check:
     """The drone whose air comes nearest to its limit."""
     late: list[dict[str, Any] | None]
     """For each drone how late it may be, all others on time (s); where that was asked for."""
+    untold: int = 0
+    """How many more violations there are than ``violations`` has."""
 
     @property
     def is_safe(self) -> bool:
@@ -344,6 +353,7 @@ def check(plan: Union[Plan, str, os.PathLike[str]], *, late: bool = False) -> Ch
         closest=examined["closest"],
         worst_air=examined["worst_air"],
         late=examined["late"],
+        untold=examined["untold"],
     )
 
 
@@ -393,7 +403,7 @@ def fly(
     ``controllers``: of ``px4`` and ``research``; ``feed_forward``: of ``none``, ``paper``,
     ``late``, ``matched``; ``convection``: speeds of the air over that of the centreline, by default
     the plan's, else 1 and 0.6; ``gusts``: over the centreline speed, 0 for none; ``lean``: air
-    leaves along the thrust; ``until_s``: only up to this time (s).
+    leaves along the thrust; ``until_s``: only up to this time (s, from 0).
     """
     air = (gusts, lean, seed)
     cases = (list(controllers), list(feed_forward), [float(it) for it in convection])

@@ -86,7 +86,7 @@ def _read(path: Path, meta: PathLike | None) -> _leeward.Recording:
     return _leeward.Recording.read_log((name, file), _bytes(path), (str(campaign), text))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Simulation:
     """Recorded values beside the simulated ones, a row each."""
 
@@ -146,7 +146,7 @@ class Diagnosis:
 
     recording: str
     data: dict[str, Any]
-    """All of it, as diagnosis.json has it."""
+    """All of it, as diagnosis.json has it, ``remarks`` on the recordings included."""
     finding_ron: str
     """As a file that `plan --finding` and ``leeward.plan(finding=...)`` take."""
 
@@ -186,9 +186,9 @@ def diagnose(
     if logs and len(logs) != len(read):
         raise RecordingError("flight logs are diagnosed together, without other recordings")
     if logs:
-        finding, campaign, ron = _leeward.diagnose_flights(logs, alone, near_floor)
+        finding, ron = _leeward.diagnose_flights(logs, alone, near_floor)
         name = " ".join(it.name for it in logs[:3])
-        return [Diagnosis(name, {**json.loads(campaign), **json.loads(finding)}, ron)]
+        return [Diagnosis(name, json.loads(finding), ron)]
     if alone or near_floor:
         raise RecordingError("alone and near_floor are of flight logs; there are none")
     found = []
@@ -203,7 +203,7 @@ class Calibration:
     """The constants of the jet that fit some recordings best."""
 
     data: dict[str, Any]
-    """All of it, as calibration.json has it."""
+    """All of it, as calibration.json has it, ``remarks`` on the recordings included."""
     jet_ron: str
     """As a file that scenarios cite."""
 

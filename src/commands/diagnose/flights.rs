@@ -4,57 +4,15 @@ use diagnosis::campaign::skill::{Curve, Skill, UNDER_ANOTHER};
 use diagnosis::campaign::{
     CampaignError, CampaignFinding, CampaignOptions, LEAST_OFFSET_N, SidewaysFinding, near_floor,
 };
-use diagnosis::forward::simulate::{Channel, Sample};
-use diagnosis::infer::finding::{Finding, Verdict};
+use diagnosis::forward::simulate::Channel;
+use diagnosis::infer::finding::Verdict;
 use diagnosis::record::recording::Recording;
-use serde::Serialize;
 
 use super::words;
 use crate::io::failure::Failure;
 use crate::plots;
 use crate::report::sections::{Part, Report};
 use crate::report::words::joined;
-
-/// A finding with what only several flights can say.
-#[derive(Serialize)]
-pub(super) struct Flights<'a> {
-    #[serde(flatten)]
-    finding: &'a Finding,
-    /// Which flight, drone and moment each row is.
-    rows: Vec<FlightRow<'a>>,
-    #[serde(flatten)]
-    found: &'a CampaignFinding,
-    /// What forces to the sides say; none where they cannot be judged.
-    sideways: Option<&'a SidewaysFinding>,
-}
-
-#[derive(Serialize)]
-struct FlightRow<'a> {
-    flight: &'a str,
-    vehicle: &'a str,
-    t_s: f64,
-}
-
-impl<'a> Flights<'a> {
-    pub(super) fn of(
-        found: &'a CampaignFinding,
-        sideways: Option<&'a SidewaysFinding>,
-        recordings: &'a [Recording],
-    ) -> Flights<'a> {
-        let row = |(sample, &of): (&Sample, &usize)| FlightRow {
-            flight: &recordings[of].name,
-            vehicle: &recordings[of].vehicles[sample.subject as usize].id,
-            t_s: sample.t_s,
-        };
-        let rows = found.samples.iter().zip(&found.recording_of);
-        Flights {
-            finding: &found.finding,
-            rows: rows.map(row).collect(),
-            found,
-            sideways,
-        }
-    }
-}
 
 /// What of the flights is judged, and from which beginning.
 pub(crate) fn options(

@@ -3,9 +3,10 @@
 use diagnosis::campaign::hardware::{
     Change, Effort, Hardware, HardwareRow, LEAST_NORMAL, SessionRow, StatedFlight, hardware,
 };
+use diagnosis::infer::noticed::{RemarkOf, Remarked, noticed};
 use diagnosis::record::recording::Recording;
 
-use crate::commands::recordings::{Asked, RemarkOf, Remarked, noticed, sentences};
+use crate::commands::recordings::{Asked, sentences};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
 use crate::report::sections::{Part, Report};

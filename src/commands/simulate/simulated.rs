@@ -5,6 +5,7 @@ use diagnosis::forward::flow::Flow;
 use diagnosis::forward::force;
 use diagnosis::forward::residuals::Region;
 use diagnosis::forward::simulate::{Sample, simulate};
+use diagnosis::infer::noticed::RemarkOf;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::Remark;
 use rayon::prelude::*;
@@ -12,7 +13,6 @@ use serde::Serialize;
 
 use super::forces::{LOW_PASS, Map};
 use super::skill::Skill;
-use crate::commands::recordings::RemarkOf;
 use crate::io::progress::Progress;
 
 /// One recording, simulated.
