@@ -6,9 +6,9 @@
 //! `forces`: drones in equal steps of time, rows, what surrounds them, and what a hypothesis makes
 //! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a
 //! force. `forward`: one effect after another. [`skill`]: how well flights that were not fitted are
-//! predicted. [`diagnose`]: all of it, and the finding. [`mod@flights`]: that with its rows, for programs. [`hardware`]: one drone's motors against
-//! its own normal flights. [`sideways`]: forces to the sides. [`applied`]: a finding held against
-//! recordings that it was not fitted to.
+//! predicted. [`diagnose`]: all of it, and the finding. [`mod@flights`]: that with its rows, for
+//! programs. [`hardware`]: one drone's motors against its own normal flights. [`sideways`]: forces
+//! to the sides. [`applied`]: a finding held against recordings that it was not fitted to.
 
 pub mod applied;
 pub mod diagnose;

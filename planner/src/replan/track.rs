@@ -521,8 +521,8 @@ pub(super) fn cut(leg: &Leg, lattice: &Lattice, stops_m: &[Point3<f64>]) -> Vec<
     parts.iter().flat_map(part).collect()
 }
 
-/// A leg in pieces of this length at most (m), but for ticks; one straight up or down, as from where
-/// a drone stands, in one.
+/// A leg in pieces of this length at most (m), but for ticks; one straight up or down, as from
+/// where a drone stands, in one.
 fn pieces(leg: &Leg, longest_m: f64) -> Vec<Leg> {
     let way_m = leg.to_m - leg.from_m;
     if leg.stays() || way_m.xy().norm() < SAME_PLACE_M {

@@ -36,8 +36,8 @@ const MOST_JUDGED: usize = 3;
 /// On what is tried in turn: into how many parts cells are divided, and how many times their limits
 /// drones and zones may reach by the bounds of the search, where the verifier decides. Chosen here:
 /// bounds on one wake over the discs are a few percent above it, those on several whose speeds add
-/// up are up to half as much again, those on a whole zone up to twice. Lanes that halves do not have
-/// thirds or two fifths may.
+/// up are up to half as much again, those on a whole zone up to twice. Lanes that halves do not
+/// have thirds or two fifths may.
 const WHOLE: [(f64, [f64; 2]); 14] = [
     (2.0, [1.0, 1.0]),
     (1.0, [1.1, 1.2]),
