@@ -383,8 +383,8 @@ impl Differences<'_> {
         let (mean_mps, strongest) = there.unwrap_or((0.0, None));
         // Where all that it meets, and is stated to meet, is within the slack, which hides what is
         // that faint, any moment of its flight will do, and any other drone of the plan.
-        let highest_mps = stated.worst_air_mps.map(|it| it.max(met.worst_air_mps));
-        let is_faint = highest_mps.is_some_and(|it| it <= slack_mps);
+        let is_hidden = |air_mps: f64| air_mps > 0.0 && air_mps.max(met.worst_air_mps) <= slack_mps;
+        let is_faint = stated.worst_air_mps.is_some_and(is_hidden);
         let mut drones = self.file.plan.drones.iter().enumerate();
         let is_another = drones.any(|(other, it)| other != k && from.as_ref() == Some(&it.name));
         let (takes_off_s, until_s) = self.file.plan.drones[k].airborne_s;
