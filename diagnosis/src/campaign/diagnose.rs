@@ -191,7 +191,7 @@ pub fn diagnose_campaign(
         return Err(CampaignError::no_force(recordings));
     }
     let base = Hypothesis::default();
-    let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / RATE_HZ);
+    let scatter = scatter(&forces, &forces.at_every_moment(&base), 1.0 / RATE_HZ);
     let flights = scatter.noise.blocks.count();
     if flights < FOLDS {
         return Err(CampaignError::TooFew(flights));

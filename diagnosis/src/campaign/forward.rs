@@ -124,6 +124,10 @@ pub(super) fn forward(
         best = winner;
     }
     sensors_first(setting, &nothing, &mut best, &mut turns);
+    // What stands beside a term is no alternative to it.
+    for turn in &mut turns {
+        turn.alternatives.retain(|k| !best.which.contains(k));
+    }
     Chosen {
         selection: Selection {
             nothing,

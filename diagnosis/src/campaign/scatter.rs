@@ -53,7 +53,7 @@ impl Scatter {
     }
 }
 
-/// The scatter around a simulation, which is given at every step of every part; steps are `step_s`
+/// The scatter around a simulation, which is given at every moment of every part; steps are `step_s`
 /// apart.
 pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
     let still = still(forces, simulated_n);
@@ -125,17 +125,18 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     let mut means_n: Vec<Option<f64>> = Vec::new();
     let (mut product, mut square) = (0.0, 0.0);
     for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
-        let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
+        let of = |step: usize| part.steps[step];
+        let rest = |step: usize| part.moments[of(step)].recorded_n - simulated_n[of(step)];
         let all = 0..part.steps.len();
-        let free: Vec<usize> = all.filter(|&at| part.steps[at].is_free).collect();
+        let free: Vec<usize> = all.filter(|&k| part.moments[of(k)].is_free).collect();
         // Ten seconds: less says little about a flight's offset.
         if free.len() < 100 {
             means_n.push(None);
             continue;
         }
-        let mean = free.iter().map(|&at| rest(at)).sum::<f64>() / free.len() as f64;
+        let mean = free.iter().map(|&k| rest(k)).sum::<f64>() / free.len() as f64;
         means_n.push(Some(mean));
-        rests.extend(free.iter().map(|&at| (rest(at) - mean).abs()));
+        rests.extend(free.iter().map(|&k| (rest(k) - mean).abs()));
         for pair in free.windows(2) {
             if pair[1] == pair[0] + 1 {
                 let (a, b) = (rest(pair[0]) - mean, rest(pair[1]) - mean);
@@ -177,11 +178,11 @@ fn share(forces: &Forces, whitener: &mut Whitener, offset_n: f64) {
         if count == 0 {
             continue;
         }
-        let steps = || part.judged.iter().map(|&at| &part.steps[at]);
-        let mean_n = steps().map(|step| step.thrust_n).sum::<f64>() / count as f64;
-        let [first_s, last_s] = [0, count - 1].map(|at| part.steps[part.judged[at]].t_s);
+        let steps = || part.judged.iter().map(|&at| &part.moments[at]);
+        let mean_n = steps().map(|step| step.smooth_n).sum::<f64>() / count as f64;
+        let [first_s, last_s] = [0, count - 1].map(|at| part.moments[part.judged[at]].t_s);
         let span_s = (last_s - first_s).max(1.0);
-        let slope = steps().map(|step| SLOPE * (step.thrust_n - mean_n));
+        let slope = steps().map(|step| SLOPE * (step.smooth_n - mean_n));
         let drift = steps().map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5));
         for pattern in [vec![offset_n; count], slope.collect(), drift.collect()] {
             whitener.share(from, &pattern);

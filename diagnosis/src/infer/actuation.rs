@@ -23,10 +23,12 @@ use crate::statistics::quantile::mean;
 /// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than
 /// a percent.
 const LEAST: f64 = 0.025;
-/// Share of the electrical power that ends as the induced power of momentum theory. Assumed here,
-/// because figures of merit and motor efficiencies of small electric quadrotors multiply to 0.5 to
-/// 0.7; it matters only where a mass is told from a density.
+/// Share of the electrical power that ends as the induced power of momentum theory, and between what
+/// it may be. Assumed here, because figures of merit and motor efficiencies of small electric
+/// quadrotors multiply to 0.5 to 0.7; it matters only where a mass is told from a density, and no
+/// power refutes either that another share would explain.
 const EFFICIENCY: f64 = 0.6;
+const EFFICIENCIES: [f64; 2] = [0.5, 0.7];
 
 /// How many entries the moment of a step may be off. Chosen here: a throttle settles in one or two.
 const CHANGE_WITHIN: f64 = 2.0;
@@ -41,6 +43,8 @@ pub struct Cause {
     pub values: Vec<f64>,
     /// Half-widths of their 95 % intervals, in their units; of a moment how far off it may be.
     pub half_widths: Vec<f64>,
+    /// The other of the two, where what is logged says either.
+    pub alternative: Option<&'static str>,
 }
 
 impl Cause {
@@ -49,6 +53,7 @@ impl Cause {
             effect: "payload_mass",
             values: vec![mass_factor, since_s, until_s],
             half_widths: vec![NINETY_FIVE * error, within_s],
+            alternative: None,
         }
     }
 
@@ -282,26 +287,45 @@ fn always(
     }
     let error = 2.0 * throttle * standard_error(&first.throttle);
     let square = throttle * throttle;
-    let mass_factor = power.map_or(square, |power| power / throttle);
-    let density_factor = mass_factor / square;
-    let [of_mass, of_density] = [mass_factor, density_factor].map(|of| (of - 1.0).abs());
-    // Of the two that a throttle and a power tell, one is as stated where the other is the cause.
-    if of_mass.min(of_density) > LEAST + NINETY_FIVE * first.error() {
+    let always_s = [f64::NEG_INFINITY, f64::INFINITY];
+    let density = Cause {
+        effect: "air_density",
+        values: vec![square.recip()],
+        half_widths: vec![NINETY_FIVE * error],
+        alternative: None,
+    };
+    // Each with the power that goes with it, in the middle of what may move air.
+    let [of_mass, of_density] = [throttle * square, throttle];
+    let both = [
+        (Cause::payload(square, error, always_s, 0.0), of_mass),
+        (density, of_density),
+    ];
+    let least = LEAST + NINETY_FIVE * first.error();
+    let [low, high] = EFFICIENCIES;
+    // Without a power any share is as good.
+    let share = |expected: f64| power.map_or(EFFICIENCY, |power| EFFICIENCY * expected / power);
+    let is_allowed = |(_, expected): &(Cause, f64)| {
+        (low * (1.0 - least)..=high * (1.0 + least)).contains(&share(*expected))
+    };
+    let mut allowed: Vec<(Cause, f64)> = both.into_iter().filter(is_allowed).collect();
+    if allowed.is_empty() {
+        let of = |expected: f64| [high, low].map(|share| EFFICIENCY / share * expected);
+        let ([mass_low, mass_high], [density_low, density_high]) = (of(of_mass), of(of_density));
         return Err(format!(
-            "throttle {throttle:.3} of hover's goes with a power of {:.3} for another mass and of {throttle:.3} for another density, and {:.3} is logged: a column reads wrong, or another share of the power than {EFFICIENCY} moves air; neither is named",
-            throttle * square,
-            mass_factor * throttle
+            "throttle {throttle:.3} of hover's goes with a power of {mass_low:.3} to {mass_high:.3} for another mass and of {density_low:.3} to {density_high:.3} for another density, and {:.3} is logged: a column reads wrong, or another share of the power than {low} to {high} moves air; neither is named",
+            power.unwrap_or(f64::NAN)
         ));
     }
-    if of_density > of_mass {
-        return Ok(Some(Cause {
-            effect: "air_density",
-            values: vec![square.recip()],
-            half_widths: vec![NINETY_FIVE * error],
-        }));
-    }
-    let always_s = [f64::NEG_INFINITY, f64::INFINITY];
-    Ok(Some(Cause::payload(square, error, always_s, 0.0)))
+    allowed.retain(|(cause, _)| cause.is_possible());
+    let off = |expected: f64| (share(expected) / EFFICIENCY).ln().abs();
+    allowed.sort_by(|(_, a), (_, b)| off(*a).total_cmp(&off(*b)));
+    let mut causes = allowed.into_iter().map(|(cause, _)| cause);
+    let cause = causes.next();
+    let alternative = causes.next().map(|other| other.effect);
+    Ok(cause.map(|cause| Cause {
+        alternative,
+        ..cause
+    }))
 }
 
 /// A step from the stated mass to another, and back where there is a second one; `None` without.
@@ -402,8 +426,9 @@ mod tests {
     #[test]
     fn a_throttle_and_a_power_that_contradict_each_other_name_neither_mass_nor_density() {
         for (throttle, power, named) in [
-            (1.2, 1.0, None),
-            (0.92, 1.0, None),
+            // Beyond what another share of the power that moves air would explain.
+            (1.2, 0.9, None),
+            (0.92, 1.3, None),
             (1.2, 1.2, Some("air_density")),
             (1.2, 1.2_f64.powi(3), Some("payload_mass")),
         ] {
@@ -412,6 +437,34 @@ mod tests {
             let said = actuation(&recording);
             assert_eq!(said.cause.as_ref().map(|of| of.effect), named, "{said:?}");
             assert_eq!(said.is_contradicted, named.is_none(), "{said:?}");
+            let alternative = said.cause.and_then(|of| of.alternative);
+            assert_eq!(alternative, None, "the other goes with another power");
+        }
+    }
+
+    #[test]
+    fn what_throttle_says_alone_or_with_any_power_that_may_move_air_is_a_mass_or_a_density() {
+        // 30 % more mass, and a density of 0.85: 0.65 of the power move air, or it is not logged.
+        let throttles = [1.3_f64.sqrt(), 0.85_f64.sqrt().recip()];
+        for (throttle, efficiency) in [
+            (throttles[0], Some(0.65)),
+            (throttles[0], None),
+            (throttles[1], None),
+        ] {
+            let mut recording = hall();
+            let power = EFFICIENCY / efficiency.unwrap_or(EFFICIENCY) * throttle.powi(3);
+            work(&mut recording.vehicles[0], throttle, power);
+            if efficiency.is_none() {
+                recording.vehicles[0].track.power_w = None;
+            }
+            let said = actuation(&recording);
+            let cause = said.cause.expect("it departs");
+            assert_eq!(cause.effect, "payload_mass");
+            assert_eq!(cause.alternative, Some("air_density"));
+            assert!(
+                (cause.values[0] - throttle * throttle).abs() < 0.02,
+                "{cause:?}"
+            );
         }
     }
 

@@ -92,7 +92,7 @@ pub fn advice(
 fn refuting(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<String> {
     let chosen = &selection.chosen;
     let mut others = selection.singles.iter();
-    let next = others.find(|one| one.practical && !chosen.which.contains(&one.which[0]));
+    let next = others.find(|one| !chosen.which.contains(&one.which[0]));
     let next = next.map(|next| places(setting, observed, [chosen, next]));
     let settled_by = chosen.which.iter();
     let settled_by = settled_by.map(|&k| setting.candidates[k].settled_by.to_owned());

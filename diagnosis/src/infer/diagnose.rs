@@ -16,7 +16,7 @@ use crate::infer::candidates::{Candidate, Kind, applicable};
 use crate::infer::finding::{
     Detectable, Effect, Estimate, Finding, HeldOut, Ranked, Region, RunnerUp, Withdrawn, verdict,
 };
-use crate::infer::fit::{Fit, Setting};
+use crate::infer::fit::{Fit, Setting, by_member};
 use crate::infer::intervals::half_widths;
 use crate::infer::noise::noise;
 use crate::infer::onset::{self, onsets};
@@ -100,10 +100,14 @@ const LIKELIER: f64 = 20.0;
 /// Readings that make a plateau. Chosen here: in still rising air three hardly agree to the
 /// resolution.
 const PLATEAU: usize = 3;
-/// Coordinates that a region is described by: those that narrow it most, each to less than this
-/// part of what the recording covers. Chosen here.
+/// Coordinates that a region is described by: those whose box tells it best from the rest, each
+/// less than this part of what the recording covers, and how much more of the union of box and
+/// region must be in both with each. Chosen here.
 const SAID: usize = 3;
 const NARROW: f64 = 0.7;
+const TELLS: f64 = 0.01;
+/// Differences up to which two coordinates are the same: rounding.
+const SAME: f64 = 1e-9;
 /// Covariates that count from the drone above, and part of a region that lies below one, or below
 /// none, for that to be said. Chosen here.
 const OF_A_DRONE: [&str; 13] = [
@@ -230,17 +234,22 @@ pub fn diagnose_channel(
     let mut corrected = setting.predicted(&chosen.members(&candidates), &chosen.fit.values);
     let laws = (chosen.which.clone(), chosen.fit.values.clone());
     if let Some(shape) = &shape {
-        // What the trees add lies on top of the nearest that the library has, and is good inside
-        // the sampled hull only.
+        // What the trees add lies on top of the nearest that the library has, with the gain and the
+        // offset that it was fitted beside, and is good inside the sampled hull only.
+        if shape.is_predictable {
+            corrected.clone_from(&chosen.fit.predicted);
+        }
         let both = corrected.iter_mut().zip(&shape.correction);
         both.for_each(|(f, more)| *f += more);
         selection.withdraw();
     }
     let mut next = advice(&setting, &observed, &selection, shape.as_ref());
-    if cause.is_some() && next.is_empty() {
+    let is_of_two = |cause: &Cause| cause.alternative.is_some();
+    if cause.is_some() && next.is_empty() || cause.as_ref().is_some_and(is_of_two) {
         next.push(WEIGH.to_owned());
     }
-    let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
+    let of_cause = |cause| from_actuation(cause, is_confirmed);
+    let mut effects: Vec<Effect> = cause.iter().map(of_cause).collect();
     effects.extend(named(&setting, &observed, &selection));
     if receiver_load.is_some() && observed.channel != Channel::Speed {
         effects.iter_mut().for_each(or_a_load);
@@ -441,28 +450,32 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
     selection.singles.iter().map(of).collect()
 }
 
-/// Minimum detectable departures of every candidate's first parameter: 80 % power at the 5 % level.
+/// Minimum detectable departures of every candidate's first parameter: 80 % power at the level of
+/// the global test, beside what gain and offset may take.
 pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
     let clean = setting.observed.predict(&setting.base);
+    let always = || setting.candidates.iter().filter(|of| of.since.is_none());
+    let laws = always().map(|of| of.starts.len()).sum();
+    let tolerated = setting.tolerated(&clean);
     let of = |candidate: &Candidate| {
         let parameter = candidate.parameters.first()?;
         let values = candidate.starts.first()?;
         let step = values[0] - parameter.neutral;
         let mut tangent = setting.change(candidate, values, &clean);
         tangent.iter_mut().for_each(|change| *change /= step);
+        let tangent = setting.noise.whiten(&tangent);
         Some(Detectable {
             name: candidate.name.into(),
             parameter: parameter.name.into(),
-            departure: minimum_detectable(&setting.noise.whiten(&tangent))?,
+            departure: minimum_detectable(&tangent, &tolerated, laws)?,
             unit: parameter.unit.into(),
         })
     };
-    let always = setting.candidates.iter().filter(|of| of.since.is_none());
-    always.filter_map(of).collect()
+    always().filter_map(of).collect()
 }
 
-/// What throttle and power say, as an effect.
-fn from_actuation(cause: &Cause) -> Effect {
+/// What throttle says, and power where it is logged, as an effect.
+fn from_actuation(cause: &Cause, is_confirmed: bool) -> Effect {
     let spec = cause.spec();
     let known = cause.values.iter().zip(&cause.half_widths);
     let known = spec.components().zip(known);
@@ -480,10 +493,18 @@ fn from_actuation(cause: &Cause) -> Effect {
     Effect {
         name: spec.name.into(),
         kind: Some(Kind::Physics),
-        alternatives: Vec::new(),
+        alternatives: cause
+            .alternative
+            .iter()
+            .map(|of| (*of).to_owned())
+            .collect(),
         equation: equation.into(),
-        description: format!("{}: throttle and power say so", spec.description),
+        description: match is_confirmed {
+            true => format!("{}: throttle and power say so", spec.description),
+            false => format!("{}: throttle says so", spec.description),
+        },
         parameters,
+        too_small: false,
     }
 }
 
@@ -524,7 +545,7 @@ pub(crate) fn effects(
     let members = chosen.members(candidates);
     let half_widths = half_widths(&members, &chosen.fit, setting);
     let mut estimates = chosen.fit.values.iter().zip(half_widths);
-    let effect = |(candidate, alternatives): (&Candidate, Vec<usize>)| {
+    let effect = |((candidate, own), alternatives): ((&Candidate, &[f64]), Vec<usize>)| {
         let parameters = candidate.parameters.iter().zip(estimates.by_ref());
         let parameters = parameters.map(|(parameter, (&value, half))| {
             let mut estimate = Estimate::around(value, half, parameter.unit);
@@ -555,9 +576,11 @@ pub(crate) fn effects(
             equation: candidate.equation.into(),
             description,
             parameters,
+            too_small: candidate.size(own) < 1.0,
         }
     };
-    members.into_iter().zip(alternatives).map(effect).collect()
+    let with_values = by_member(&members, &chosen.fit.values);
+    with_values.zip(alternatives).map(effect).collect()
 }
 
 /// The reading that none exceeds and several reach, from a moment on or always.
@@ -636,33 +659,48 @@ fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f
     let all_placed: Vec<usize> = all.iter().copied().filter(|&i| is_placed(i)).collect();
     let is_part = (inside.len() as f64) < NEARLY_ALL * all.len() as f64;
     let are_placed = placed.len() as f64 > MOSTLY * inside.len() as f64;
-    let mut narrow: Vec<(f64, String)> = Vec::new();
+    let mut marked = vec![false; observed.samples.len()];
+    inside.iter().for_each(|&i| marked[i] = true);
+    let marked: Vec<bool> = all.iter().map(|&i| marked[i]).collect();
+    let mut known: Vec<&[f64]> = Vec::new();
+    let mut boxes: Vec<(Vec<bool>, String)> = Vec::new();
     for ((name, _), column) in COVARIATES.iter().zip(&observed.covariates) {
         let is_of_a_drone = OF_A_DRONE.contains(name);
         if is_of_a_drone && !are_placed || !is_part || *name == PROBE {
             continue;
         }
-        let of = |rows: &[usize]| rows.iter().map(|&i| column[i]).collect();
         let (within, whole) = match is_of_a_drone {
-            true => (of(&placed), of(&all_placed)),
-            false => (of(inside), of(&all)),
+            true => (&placed[..], &all_placed),
+            false => (inside, &all),
         };
-        let (within, whole) = (span(within), span(whole));
+        let is_same = |other: &&[f64]| {
+            let mut pairs = whole.iter().map(|&i| (column[i], other[i]));
+            pairs.all(|(a, b)| (a - b).abs() <= SAME)
+        };
+        if known.iter().any(is_same) {
+            continue;
+        }
+        known.push(column);
+        let of = |rows: &[usize]| span(rows.iter().map(|&i| column[i]).collect());
+        let (within, whole) = (of(within), of(whole));
         let part = (within[1] - within[0]) / (whole[1] - whole[0]);
         // A coordinate that the region covers as widely as the recording says nothing about it.
         if part < NARROW {
             bounds.insert((*name).to_owned(), within);
-            narrow.push((part, format!("{name} {:.2} to {:.2}", within[0], within[1])));
+            let counts = |i: usize| is_placed(i) || !is_of_a_drone;
+            let is_within = |&i: &usize| counts(i) && (within[0]..=within[1]).contains(&column[i]);
+            boxes.push((
+                all.iter().map(is_within).collect(),
+                format!("{name} {:.2} to {:.2}", within[0], within[1]),
+            ));
         }
     }
     let below_none = inside.len() - placed.len();
     let is_below_none = below_none as f64 > MOSTLY * inside.len() as f64;
-    if is_below_none && !all_placed.is_empty() {
-        narrow.push((0.0, "below no drone".to_owned()));
-    }
-    narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let said = narrow.into_iter().take(SAID);
-    let words: Vec<String> = said.map(|(_, text)| text).collect();
+    let none = (is_below_none && !all_placed.is_empty()).then(|| "below no drone".to_owned());
+    let told = telling(&boxes, &marked).into_iter();
+    let words = none.into_iter().chain(told.map(|at| boxes[at].1.clone()));
+    let words: Vec<String> = words.take(SAID).collect();
     let words = probe
         .map(|probe| format!("probe {probe}"))
         .into_iter()
@@ -674,6 +712,39 @@ fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f
         (false, _) => words.join(", "),
     };
     (description, bounds)
+}
+
+/// Which of some boxes together tell what is marked best from the rest, by the part of the union of
+/// both that lies in both; one after another, none that tells hardly more.
+fn telling(boxes: &[(Vec<bool>, String)], marked: &[bool]) -> Vec<usize> {
+    let overlap = |in_box: &dyn Fn(usize) -> bool| {
+        let (mut both, mut either) = (0usize, 0usize);
+        for (i, &is_marked) in marked.iter().enumerate() {
+            let is_in = in_box(i);
+            both += usize::from(is_in && is_marked);
+            either += usize::from(is_in || is_marked);
+        }
+        both as f64 / either.max(1) as f64
+    };
+    let mut taken: Vec<usize> = Vec::new();
+    let mut so_far = overlap(&|_| true);
+    while taken.len() < SAID {
+        let with = |k: usize| {
+            let in_all = |i: usize| taken.iter().chain([&k]).all(|&k| boxes[k].0[i]);
+            overlap(&in_all)
+        };
+        let others = (0..boxes.len()).filter(|k| !taken.contains(k));
+        // The first of those that tell as much.
+        let best = others
+            .map(|k| (with(k), k))
+            .reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let Some((tells, k)) = best.filter(|(tells, _)| *tells > so_far + TELLS) else {
+            break;
+        };
+        so_far = tells;
+        taken.push(k);
+    }
+    taken
 }
 
 /// The samples that a correction moves by more than half a standard deviation.

@@ -121,6 +121,9 @@ pub struct Effect {
     pub description: String,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Estimate>,
+    /// Present, and too small to matter for planning: a label, and no reason to take another.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub too_small: bool,
 }
 
 /// A value with its 95 % interval and unit.
@@ -255,7 +258,7 @@ pub struct RunnerUp {
     pub gain_error: f64,
 }
 
-/// A minimum detectable effect: 80 % power at the 5 % level.
+/// A minimum detectable effect: 80 % power at the level of the global test.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Detectable {
     /// Canonical name.

@@ -204,6 +204,7 @@ mod tests {
             equation: "a \"b\"".into(),
             description: "wind bends the jet".into(),
             parameters: BTreeMap::from([("wind_x".to_owned(), estimate)]),
+            too_small: false,
         }
     }
 

@@ -177,6 +177,17 @@ impl<'a> Setting<'a> {
         fit.jacobian.select_columns(&free.collect::<Vec<usize>>())
     }
 
+    /// What gain and offset change of predictions, whitened, and as much of either as the maker
+    /// allows.
+    pub(crate) fn tolerated(&self, clean: &[f64]) -> [(Vec<f64>, f64); 2] {
+        let [gain, offset] = self.tolerances;
+        let one = vec![1.0; clean.len()];
+        [
+            (self.noise.whiten(clean), gain),
+            (self.noise.whiten(&one), offset),
+        ]
+    }
+
     /// Everything together at given values, one candidate after another.
     #[must_use]
     pub fn hypothesis(&self, members: &[&Candidate], values: &[f64]) -> Hypothesis {

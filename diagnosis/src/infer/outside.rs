@@ -76,7 +76,8 @@ pub struct Shape {
     pub spans_s: Vec<[f64; 2]>,
     /// Whether it predicts blocks that were not fitted. What does not is there all the same.
     pub is_predictable: bool,
-    /// The trees' correction of each sample, held out, in the channel's unit.
+    /// The trees' correction of each sample, held out, in the channel's unit, on top of what the
+    /// chosen terms predict with gain and offset.
     #[serde(skip)]
     pub correction: Vec<f64>,
     /// What the correction leaves of each recorded value, in the channel's unit.
@@ -230,15 +231,6 @@ pub fn outside(
     if let Some(shape) = regular.next() {
         return Some(shape);
     }
-    // Too small to act on, and explained.
-    let is_explained = |tried: &&Tried| !tried.practical && is_beyond_doubt(&tried.gain);
-    if selection
-        .singles
-        .first()
-        .is_some_and(|first| is_explained(&first))
-    {
-        return None;
-    }
     at_times(setting, fit)
 }
 
@@ -275,8 +267,7 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
     }
     // One curve against one term, which may be off (gusts blur a ceiling): it has to take more than
     // that. Against two terms it is the simpler explanation, and doing better is enough.
-    let terms = setting.predicted(&chosen.members(setting.candidates), &chosen.fit.values);
-    let terms = difference(&terms, &setting.predicted(&[], &[]));
+    let terms = difference(&chosen.fit.predicted, expected);
     let correction = difference(&found.predictions, &terms);
     let in_place = difference(&setting.left(&chosen.fit.predicted), &found.left);
     if chosen.which.len() == 1 && takes_beyond(setting, selection, &in_place).total <= 0.0 {

@@ -301,7 +301,7 @@ impl Search<'_> {
     fn choice(&self, best: &Tried, p: f64) -> Option<(Tried, Option<(usize, Gain)>)> {
         let candidates = self.setting.candidates;
         // The best first: whether one may stand takes its time.
-        let mut pairs: Vec<&Tried> = self.pairs.iter().filter(|pair| pair.practical).collect();
+        let mut pairs: Vec<&Tried> = self.pairs.iter().collect();
         pairs.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));
         let best_pair = pairs.into_iter().find(|pair| self.may_stand(pair));
         // Each single by itself: one that gains most, but in a few blocks alone, must not keep a
@@ -319,7 +319,7 @@ impl Search<'_> {
         let is_behind = |tried: &Tried| {
             leader.is_some_and(|leader| {
                 let lead = leader.beyond(self.setting, tried);
-                leader.practical && lead.total > (TIE_ERRORS * lead.standard_error).max(LEAST_GAIN)
+                lead.total > (TIE_ERRORS * lead.standard_error).max(LEAST_GAIN)
             })
         };
         let chosen = match best_pair {
@@ -330,19 +330,6 @@ impl Search<'_> {
                 None if p >= FAINT_P => return None,
                 None => singles().find(faint).or_else(|| self.seen_once())?,
             },
-        };
-        // Present, and too small to act on: told among the candidates, and no mismatch. Unless
-        // something that is not too small explains it as well.
-        let as_well = |one: &&Tried| {
-            let lead = chosen.beyond(self.setting, one);
-            one.practical
-                && enough(&one.gain, p)
-                && lead.total < (TIE_ERRORS * lead.standard_error).max(TIE_GAIN)
-                && self.may_stand(one)
-        };
-        let chosen = match chosen.practical {
-            true => chosen,
-            false => singles().find(as_well)?,
         };
         let runner_up = best_pair
             .filter(|pair| chosen.which.len() == 1 && pair.which.contains(&chosen.which[0]))
@@ -548,8 +535,9 @@ impl Search<'_> {
         let mut ties = self.ties(chosen, place).into_iter();
         let (rival, tried) = ties.find(|(rival, tried)| {
             let rival = &candidates[*rival];
-            let is_first = comes_first(rival) && tried.practical;
-            is_first && (rival.kind == Kind::Sensor || is_even(tried)) && self.may_stand(tried)
+            comes_first(rival)
+                && (rival.kind == Kind::Sensor || is_even(tried))
+                && self.may_stand(tried)
         })?;
         // The same order of terms, values and columns as in the fit that stands.
         let is_in_place = tried.which.iter().position(|k| *k == rival) == Some(place);

@@ -1,12 +1,18 @@
 //! Tail probabilities.
 
-use statrs::function::erf::erfc;
+use statrs::function::erf::{erfc, erfc_inv};
 
 /// Probability that a normal value lies further than `z` standard deviations from its mean, on
 /// either side: `erfc(|z|/√2)`.
 #[must_use]
 pub fn normal_two_sided(z: f64) -> f64 {
     erfc(z.abs() / std::f64::consts::SQRT_2)
+}
+
+/// The standard deviations beyond which a normal value lies, on either side, with probability `p`.
+#[must_use]
+pub fn normal_two_sided_quantile(p: f64) -> f64 {
+    std::f64::consts::SQRT_2 * erfc_inv(p)
 }
 
 /// Probability that a value of Student's law with so many degrees of freedom lies further than `t`
@@ -47,6 +53,7 @@ mod tests {
         ] {
             // The fit's own error and the six decimals of the table.
             assert!((normal_two_sided(z) / p - 1.0).abs() < 3e-6, "{z}");
+            assert!((normal_two_sided_quantile(p) - z.abs()).abs() < 3e-6, "{z}");
         }
     }
 

@@ -219,7 +219,7 @@ fn place(finding: &Finding) -> Vec<Part> {
             section_of_the_rest(finding.channel)
         ))],
         Verdict::None => vec![Part::line(
-            "Nowhere by as much as matters: what the test below finds is faint, or too small to act on.",
+            "Nowhere by as much as matters: what the test below finds is faint.",
         )],
         _ if is_unexplained(finding) => vec![Part::Line(format!(
             "Nowhere in particular: nothing predicts where, on {} that were not fitted.",
@@ -335,7 +335,11 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
     }
     for effect in &finding.effects {
         let (name, description) = (&effect.name, &effect.description);
-        parts.push(Part::Line(format!("{name}: {description}.")));
+        let size = match effect.too_small {
+            true => " Present, too small to matter for planning.",
+            false => "",
+        };
+        parts.push(Part::Line(format!("{name}: {description}.{size}")));
         parts.push(Part::line(&effect.equation));
         parts.push(parameters(effect));
     }
@@ -475,7 +479,6 @@ fn short_of(finding: &Finding, nearest: &str) -> &'static str {
     let of_it = finding.candidates.iter().filter(|of| of.name == nearest);
     match of_it.max_by(|a, b| a.gain.total_cmp(&b.gain)) {
         Some(of) if of.at_bound => "a parameter is at the end of its range",
-        Some(of) if !of.practical => "is too small to matter",
         _ => "leaves more of the error than its law may be off",
     }
 }
@@ -499,7 +502,8 @@ fn candidates(finding: &Finding) -> Vec<Part> {
         let values = ranked.parameters.iter();
         let values = values.map(|(name, value)| format!("{name} {}", figures(*value)));
         let mark = match (taken(ranked), ranked.at_bound, ranked.practical) {
-            (true, false, _) => "taken",
+            (true, false, true) => "taken",
+            (true, false, false) => "taken, too small to matter",
             (_, true, _) => "at the end of its range",
             (false, _, true) => "",
             (false, _, false) => "too small to matter",
@@ -668,7 +672,7 @@ fn rival(finding: &Finding) -> Option<String> {
     let taken = candidates.find(|ranked| is_of(effect, ranked))?;
     let others = finding.candidates.iter();
     let next = others
-        .filter(|c| c.practical && c.name != effect.name && c.gain > c.gain_error)
+        .filter(|c| c.name != effect.name && c.gain > c.gain_error)
         .max_by(|a, b| a.gain.total_cmp(&b.gain));
     Some(match next {
         Some(next) if next.gain < taken.gain => format!(
@@ -701,8 +705,7 @@ fn minimum_detectable(finding: &Finding) -> Vec<Part> {
         };
         vec![one.name.clone(), one.parameter.clone(), least]
     });
-    let how =
-        "Each alone would have been detected from this size on (power 80 %, at the 5 % level).";
+    let how = "Each alone would have been detected from this size on (power 80 %, at the level of the test above, beside what gain and offset may take).";
     vec![
         Part::line(how),
         Part::table("llr", "effect | by | at least", rows),

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
+use super::super::forces::LOW_PASS;
 use super::*;
 use crate::campaign::apply_campaign;
 use crate::infer::finding::Verdict;
@@ -135,7 +136,7 @@ fn a_finding_is_judged_on_any_number_of_flights_and_of_one_block_without_an_inte
 fn what_is_taken_back_leaves_nothing_that_would_have_come_next() {
     let (recordings, options) = (flights(|_, _| 0.01), CampaignOptions::default());
     let forces = Forces::new(&recordings, &options).expect("ready forces");
-    let every = forces.at_every_step(&Hypothesis::default());
+    let every = forces.at_every_moment(&Hypothesis::default());
     let scatter = scatter(&forces, &every, 1.0 / RATE_HZ);
     let candidates = library(&forces, forces.alone);
     let setting = Setting::within(&forces, &scatter.noise, &candidates, [1e-6, TOLERANCE_N]);
@@ -146,4 +147,46 @@ fn what_is_taken_back_leaves_nothing_that_would_have_come_next() {
     chosen.withdraw();
     assert!(chosen.turns.is_empty() && chosen.next.is_none());
     assert!(chosen.selection.chosen.which.is_empty());
+}
+
+#[test]
+fn a_campaign_simulates_fast_passes_as_the_flight_by_itself_is_simulated() {
+    let campaign = Campaign::parse("campaign.ron", CAMPAIGN).expect("in order");
+    let mut text = "t_s,vehicle,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,fx_n,fy_n,fz_n\n".to_owned();
+    for t_s in (0..1200).map(|step| f64::from(step) * 0.02) {
+        let angle = TAU * 0.6 * t_s;
+        let (x_m, vx_mps) = (0.4 * angle.sin(), 0.4 * TAU * 0.6 * angle.cos());
+        let fz_n = 0.01 * angle.cos();
+        writeln!(text, "{t_s:.3},a,0,0,1.5,0,0,0,0,0,{fz_n:.5}").expect("memory takes it");
+        writeln!(
+            text,
+            "{t_s:.3},b,{x_m:.4},0,1,{vx_mps:.4},0,0,0,0,{fz_n:.5}"
+        )
+        .expect("memory takes it");
+    }
+    let flight = read_log("f", "f.csv", text.as_bytes(), &campaign).expect("in order");
+    let flow = crate::forward::flow::Flow::new(&flight);
+    let (alone, _) = crate::forward::force::simulate(&flight, &flow, LOW_PASS);
+    let of = |subject, t_s: f64| {
+        let mut all = alone.iter();
+        let same = all.find(|of| of.subject == subject && (of.t_s - t_s).abs() < 1e-6);
+        same.expect("every entry is simulated").simulated
+    };
+    let recordings = [flight.clone()];
+    let forces = Forces::new(&recordings, &CampaignOptions::default()).expect("ready forces");
+    let together = forces.samples(&forces.predict(&Hypothesis::default()));
+    let largest_n = alone
+        .iter()
+        .map(|of| of.simulated.abs())
+        .fold(0.0, f64::max);
+    assert!(largest_n > 0.01, "{largest_n}");
+    for row in &together {
+        let off_n = (row.simulated - of(row.subject, row.t_s)).abs();
+        // What lies beyond the reach of a wake.
+        assert!(
+            off_n < 0.02 * largest_n,
+            "{} s: {off_n} of {largest_n} N",
+            row.t_s
+        );
+    }
 }

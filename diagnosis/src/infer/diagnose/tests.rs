@@ -497,3 +497,67 @@ fn a_receivers_load_that_its_power_tells_stands_beside_the_fault_of_an_instrumen
     );
     assert!(found.advice.iter().any(|line| line.contains("scale")));
 }
+
+#[test]
+fn what_is_too_small_to_matter_is_named_all_the_same_and_told_to_be() {
+    let mut recording = hall();
+    let mut hypothesis = Hypothesis::default();
+    let spec = airflow::effects::EffectSpec::named("crossflow").expect("it is a row");
+    spec.set(&mut hypothesis.effects, &[0.05, 0.0]);
+    let observed = Observed::of(&recording, None).expect("it has probes");
+    let rows: Vec<usize> = observed.samples.iter().map(|of| of.row).collect();
+    let read = observed.predict(&hypothesis);
+    drop(observed);
+    let random = &mut Draws::new(31);
+    let probes = recording.probes.as_mut().expect("it has probes");
+    for (row, mps) in rows.into_iter().zip(read) {
+        let mps = mps * (1.0 + 0.01 * random.normal()) + 0.005 * random.normal();
+        probes.samples[row].speed_mps = (100.0 * mps.max(0.0)).round() / 100.0;
+    }
+    let found = diagnose(&recording).expect("it can be compared");
+    let effects: Vec<_> = found
+        .effects
+        .iter()
+        .map(|of| (&*of.name, of.too_small))
+        .collect();
+    assert_eq!(effects, [("crossflow", true)]);
+    assert_ne!(found.verdict, Verdict::OutsideLibrary);
+}
+
+#[test]
+fn a_shape_lies_on_the_gain_and_the_offset_that_it_was_fitted_beside() {
+    // A ring, which no law of the library has.
+    let is_there = |of: &Sample| of.place.is_some_and(|of| (0.4..1.0).contains(&of.xi));
+    let recording = read_as(33, |of, _| {
+        of.simulated * if is_there(of) { 1.5 } else { 1.0 }
+    });
+    let found = diagnose(&recording).expect("it can be compared");
+    assert_eq!(
+        found.verdict,
+        Verdict::OutsideLibrary,
+        "{:?}",
+        found.effects
+    );
+    let [gain, offset] = found.held_out.tolerance_after;
+    assert!(gain.abs() > 0.01 || offset.abs() > 0.01, "{gain} {offset}");
+    let samples = simulate(&recording).samples;
+    let left = samples
+        .iter()
+        .map(|of| of.recorded - found.prediction[of.row]);
+    let left = root_mean_square(&left.collect::<Vec<f64>>());
+    assert!((left - found.held_out.rms_after).abs() < 1e-6, "{left}");
+}
+
+#[test]
+fn a_region_is_told_by_what_tells_it_from_the_rest() {
+    let marked: Vec<bool> = (0..100).map(|i| i < 50).collect();
+    let of = |in_box: fn(usize) -> bool| ((0..100).map(in_box).collect(), String::new());
+    // A narrow coordinate of which the region has no more than the rest; what tells; what tells
+    // half of the rest.
+    let boxes = [
+        of(|i| i % 10 == 0),
+        of(|i| i < 60),
+        of(|i| i < 55 || i % 2 == 0),
+    ];
+    assert_eq!(telling(&boxes, &marked), [1, 2]);
+}

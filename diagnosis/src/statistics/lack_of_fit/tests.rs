@@ -113,17 +113,32 @@ fn a_pulsation_passes_by_the_third_statistic() {
 
 #[test]
 fn the_minimum_detectable_effect_is_noticed_four_times_in_five() {
+    let none = [const { (Vec::new(), 0.0) }; 2];
+    // What the spread of a single law accepts.
+    let z = tail::normal_two_sided_quantile(0.5 * ACCEPTED * SHARES[0]);
     let mut noticed = 0;
     for seed in 100..300 {
         let made = made(seed, |_, _| 0.0);
         let tangent = DVector::from_iterator(made.x.len(), made.x.iter().map(|x| x * x));
-        let least = minimum_detectable(tangent.as_slice()).expect("it changes");
+        let least = minimum_detectable(tangent.as_slice(), &none, 1).expect("it changes");
         let read = DVector::from_column_slice(&made.residual) + least * &tangent;
-        let z = tangent.dot(&read) / tangent.norm();
-        noticed += usize::from(z.abs() > 1.96);
+        noticed += usize::from((tangent.dot(&read) / tangent.norm()).abs() > z);
     }
     // 160 expected; four standard deviations of a count.
     assert!((137..=183).contains(&noticed), "{noticed}");
+}
+
+#[test]
+fn what_gain_and_offset_may_take_is_not_detected() {
+    let [along, across] = [vec![1.0; 400], (0..400).map(f64::from).collect()];
+    let alone = |tolerated| minimum_detectable(&along, &tolerated, 20).expect("it changes");
+    let least = alone([(Vec::new(), 0.0), (Vec::new(), 0.0)]);
+    let beside = alone([(across, 0.0), (along.clone(), 0.04)]);
+    assert!((beside - least - 0.04).abs() < 1e-9, "{least} {beside}");
+    // Two that take it together, where either is held back by nothing.
+    let slope: Vec<f64> = (0..400).map(|i| 2.0 - f64::from(i) / 400.0).collect();
+    let both = alone([(slope, 1e6), (along.clone(), 0.04)]);
+    assert!(both > beside, "{both} {beside}");
 }
 
 #[test]

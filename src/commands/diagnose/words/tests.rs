@@ -29,6 +29,7 @@ fn effect(name: &str, random: &mut Draws) -> Effect {
     Effect {
         name: name.into(),
         kind: Some([Kind::Physics, Kind::Sensor][random.index(2)]),
+        too_small: false,
         alternatives: is_tied.then(|| "wander".to_owned()).into_iter().collect(),
         equation: "U -> q U".into(),
         description: "something happens".into(),
