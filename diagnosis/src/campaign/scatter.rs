@@ -53,8 +53,8 @@ impl Scatter {
     }
 }
 
-/// The scatter around a simulation, which is given at every moment of every part; steps are `step_s`
-/// apart.
+/// The scatter around a simulation, which is given at every moment of every part; steps are
+/// `step_s` apart.
 pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
     let still = still(forces, simulated_n);
     let parts = forces.parts.iter().enumerate();

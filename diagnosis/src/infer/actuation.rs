@@ -23,8 +23,8 @@ use crate::statistics::quantile::mean;
 /// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than
 /// a percent.
 const LEAST: f64 = 0.025;
-/// Share of the electrical power that ends as the induced power of momentum theory, and between what
-/// it may be. Assumed here, because figures of merit and motor efficiencies of small electric
+/// Share of the electrical power that ends as the induced power of momentum theory, and between
+/// what it may be. Assumed here, because figures of merit and motor efficiencies of small electric
 /// quadrotors multiply to 0.5 to 0.7; it matters only where a mass is told from a density, and no
 /// power refutes either that another share would explain.
 const EFFICIENCY: f64 = 0.6;
