@@ -251,6 +251,18 @@ mod tests {
         Separation::new(&lower, lower.mass_kg(), density, wake)
     }
 
+    /// Mean over the lower one's discs (m/s) at one place (m) and azimuth (deg).
+    fn mean_mps(pair: &Separation, below_m: f64, beside_m: f64, azimuth_deg: f64) -> f64 {
+        let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+        let source = Source {
+            wake: &pair.upper,
+            position_m: Point3::origin(),
+            ends_at_z_m: f64::NEG_INFINITY,
+        };
+        let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
+        mean_over_discs_mps(&[source], &pair.discs, centre_m, Superposition::Momentum)
+    }
+
     #[test]
     fn no_azimuth_brings_two_or_three_rotors_more_than_what_is_met() {
         for propellers in [2, 3] {
@@ -260,15 +272,7 @@ mod tests {
             for (below_m, beside_m) in [(0.5, 0.257), (1.5, 0.6), (6.0, 1.0)] {
                 let met = pair.met(below_m, beside_m);
                 for k in 0..72 {
-                    let (sin, cos) = (5.0 * f64::from(k)).to_radians().sin_cos();
-                    let source = Source {
-                        wake: &pair.upper,
-                        position_m: Point3::origin(),
-                        ends_at_z_m: f64::NEG_INFINITY,
-                    };
-                    let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
-                    let sum = Superposition::Momentum;
-                    let here_mps = mean_over_discs_mps(&[source], &pair.discs, centre_m, sum);
+                    let here_mps = mean_mps(&pair, below_m, beside_m, 5.0 * f64::from(k));
                     // Between two of the azimuths that are looked at by a little.
                     assert!(
                         here_mps <= 1.005 * met.air_mps,
@@ -322,15 +326,7 @@ mod tests {
         ] {
             let pair = of(lower, upper);
             let alpha = |below_m: f64, beside_m: f64, azimuth_deg: f64| {
-                let (sin, cos) = azimuth_deg.to_radians().sin_cos();
-                let source = Source {
-                    wake: &pair.upper,
-                    position_m: Point3::origin(),
-                    ends_at_z_m: f64::NEG_INFINITY,
-                };
-                let centre_m = Point3::new(beside_m * cos, beside_m * sin, -below_m);
-                let sum = Superposition::Momentum;
-                mean_over_discs_mps(&[source], &pair.discs, centre_m, sum) / pair.lower_u_h_mps
+                mean_mps(&pair, below_m, beside_m, azimuth_deg) / pair.lower_u_h_mps
             };
             for limit in [0.05, 0.3, 0.6] {
                 for k in 1..=20 {
