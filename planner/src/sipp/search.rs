@@ -12,6 +12,7 @@
 //! A state stands for all the time for which hovering at its place is free from then on, as in
 //! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals
 //! within it are dropped, and the neighbouring places are reached in each of their own intervals.
+//! Where wakes fill their columns a whole column is one such place.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -83,7 +83,7 @@ pub(super) struct Nodes<'a> {
     standing: FxHashMap<(Vertex, u16, bool), usize>,
     /// By waypoint and column, one more than where its last visit is in `last`, where wakes fill
     /// their columns: where a drone is in one hardly matters to others, nor they to it, so that
-    /// safe intervals are those of the column, and whoever is farther from the end and comes no
+    /// safe intervals are those of the column, and a state farther from the end that comes no
     /// earlier is no news. Empty where they do not.
     columns: ScratchBuffer,
     /// By index; `flying` and `standing` lead here.
