@@ -1,6 +1,8 @@
 //! The air that a recording's baseline simulates, and a hypothesis on top of it: at any point, at
 //! any moment.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use airflow::Surroundings;
 use airflow::effects::{Effects, EntrainmentRadial, WakeLean};
 use airflow::{Airframe, DiscPoints, Wake};
@@ -37,6 +39,18 @@ struct Emitter<'a> {
     track: &'a Track,
     /// Added to the recording's time to get that of the vehicle's clock (s).
     clock_s: f64,
+    near: Near,
+}
+
+/// The entry of a track that was asked for last: the next is mostly near it. No answer depends on
+/// it.
+#[derive(Debug, Default)]
+struct Near(AtomicUsize);
+
+impl Clone for Near {
+    fn clone(&self) -> Near {
+        Near::default()
+    }
 }
 
 /// A place in one drone's wake.
@@ -197,6 +211,7 @@ impl<'a> Flow<'a> {
                 wake: wakes.of(at, vehicle)?.clone(),
                 track: &of.track,
                 clock_s: hypothesis.sensor.clock_s,
+                near: Near::default(),
             })
         };
         let vehicles = recording.vehicles.iter().enumerate();
@@ -504,7 +519,11 @@ impl<'a> Flow<'a> {
         point_m: Point3<f64>,
     ) -> Option<Moment> {
         let t_s = t_s + emitter.clock_s;
-        let mut moment = emitter.track.moment(t_s)?;
+        let near = &emitter.near.0;
+        let mut moment = emitter
+            .track
+            .moment_near(t_s, near.load(Ordering::Relaxed))?;
+        near.store(moment.entry, Ordering::Relaxed);
         if let Some(convection) = convection {
             for _ in 0..DELAY_ITERATIONS {
                 let depth_m = emitter.track.position_at(moment).z - point_m.z;
@@ -513,7 +532,7 @@ impl<'a> Flow<'a> {
                 let left_s = (t_s - far.transport_time_s(depth_m, convection))
                     .max(*emitter.track.t_s.first()?);
                 let before = moment;
-                moment = emitter.track.moment(left_s)?;
+                moment = emitter.track.moment_near(left_s, moment.entry)?;
                 // A drone that keeps its height needs one iteration.
                 if moment == before {
                     break;

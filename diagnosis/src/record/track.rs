@@ -24,9 +24,6 @@ const IDLE_DUTY: f64 = 0.2;
 /// fifth of what the largest that are flown turn in hover.
 pub(crate) const IDLE_RADPS: f64 = 50.0;
 
-/// How often an entry's place is guessed before it is searched for.
-const GUESSES: usize = 3;
-
 /// What of a track tells its thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -57,7 +54,16 @@ impl Track {
     /// or after the last entry; closer than that the nearest entry answers.
     #[must_use]
     pub fn moment(&self, t_s: f64) -> Option<Moment> {
-        let after = self.entries_until(t_s);
+        // Most tracks are even but for some gaps.
+        let (first_s, last_s) = (self.t_s.first()?, self.t_s.last()?);
+        let step_s = (last_s - first_s) / (self.t_s.len() - 1) as f64;
+        self.moment_near(t_s, ((t_s - first_s) / step_s) as usize)
+    }
+
+    /// The same, looked for from an entry that it may be near.
+    #[must_use]
+    pub fn moment_near(&self, t_s: f64, near: usize) -> Option<Moment> {
+        let after = self.entries_until(t_s, near.saturating_add(1));
         let entry = after.saturating_sub(1);
         let since_s = t_s - self.t_s.get(entry)?;
         let next_s = self.t_s.get(after).filter(|_| after > 0);
@@ -71,25 +77,25 @@ impl Track {
         is_known.then_some(Moment { entry, share })
     }
 
-    /// How many entries are at or before a time. Most tracks are even but for some gaps: where the
-    /// mean step would have it is looked at first, and from there once more.
-    fn entries_until(&self, t_s: f64) -> usize {
-        let (Some(first_s), Some(last_s)) = (self.t_s.first(), self.t_s.last()) else {
-            return 0;
-        };
-        let step_s = (last_s - first_s) / (self.t_s.len() - 1) as f64;
-        let mut guess = (t_s - first_s) / step_s;
-        for _ in 0..GUESSES {
-            let at = guess as usize;
-            let Some(&[before_s, after_s]) = self.t_s.get(at..at.saturating_add(2)) else {
-                break;
-            };
-            if before_s <= t_s && t_s < after_s {
-                return at + 1;
+    /// How many entries are at or before a time: about so many, from where steps that double lead
+    /// beyond it.
+    fn entries_until(&self, t_s: f64, about: usize) -> usize {
+        let is_until = |entry_s: &f64| *entry_s <= t_s;
+        let about = about.min(self.t_s.len());
+        let (before, after) = self.t_s.split_at(about);
+        let mut reach = 1;
+        let (from, to) = if before.last().is_none_or(is_until) {
+            while after.get(reach - 1).is_some_and(is_until) {
+                reach *= 2;
             }
-            guess = at as f64 + ((t_s - before_s) / step_s).floor();
-        }
-        self.t_s.partition_point(|&entry_s| entry_s <= t_s)
+            (about + reach / 2, self.t_s.len().min(about + reach - 1))
+        } else {
+            while reach <= about && !is_until(&before[about - reach]) {
+                reach *= 2;
+            }
+            (about.saturating_sub(reach), about - reach / 2)
+        };
+        from + self.t_s[from..to].partition_point(is_until)
     }
 
     /// Position at a moment (m), linear between entries.
@@ -238,13 +244,16 @@ mod tests {
         let outside = [-2.0, -1e30, 1e30, f64::INFINITY, f64::NAN];
         for at_s in t_s.iter().copied().chain(halves).chain(outside) {
             let counted = t_s.partition_point(|entry_s| *entry_s <= at_s);
-            assert_eq!(track.entries_until(at_s), counted, "{at_s} s");
+            for about in (0..2 * t_s.len()).step_by(7) {
+                let found = track.entries_until(at_s, about);
+                assert_eq!(found, counted, "{at_s} s from {about}");
+            }
         }
         let alone = Track {
             t_s: vec![1.0],
             ..Track::default()
         };
-        assert_eq!([0.5, 1.0].map(|at_s| alone.entries_until(at_s)), [0, 1]);
+        assert_eq!([0.5, 1.0].map(|at_s| alone.entries_until(at_s, 1)), [0, 1]);
     }
 
     #[test]
