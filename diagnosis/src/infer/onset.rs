@@ -34,6 +34,7 @@ pub fn onsets(setting: &Setting, tried: &Singles) -> Vec<Candidate> {
     sorted.sort_by(f64::total_cmp);
     let moment = |k: usize| sorted[k * (sorted.len() - 1) / (MOMENTS + 1)];
     let moments_s: Vec<f64> = (1..=MOMENTS).map(moment).collect();
+    let froms_s = [&[f64::NEG_INFINITY], &moments_s[..]].concat();
     let nothing = &tried.nothing.fit;
     let nuisances = setting.free_columns(nothing);
     let columns = nuisances.ncols();
@@ -44,9 +45,9 @@ pub fn onsets(setting: &Setting, tried: &Singles) -> Vec<Candidate> {
     };
     let left = DVector::from_column_slice(&nothing.whitened);
     let clean = setting.predicted(&[], &[]);
-    // Twice the log likelihood that a change takes, to first order.
-    let takes = |change: &[f64]| {
-        let change = DVector::from_vec(setting.noise.whiten(change));
+    // Twice the log likelihood that a change takes, whitened, to first order.
+    let takes = |change: Vec<f64>| {
+        let change = DVector::from_vec(change);
         let own = &change - &nuisances * gram.solve(&nuisances.tr_mul(&change));
         let (along, square) = (own.dot(&left), own.norm_squared());
         if square > 1e-9 {
@@ -56,21 +57,23 @@ pub fn onsets(setting: &Setting, tried: &Singles) -> Vec<Candidate> {
         }
     };
     let of_candidate = |candidate: &Candidate| {
-        let changes: Vec<Vec<f64>> = candidate
-            .starts
-            .iter()
-            .map(|start| setting.change(candidate, start, &clean))
-            .collect();
-        let from = |from_s: f64| {
-            let masked = |change: &Vec<f64>| {
+        let mut takes_most = vec![0.0f64; froms_s.len()];
+        for start in &candidate.starts {
+            let change = setting.change(candidate, start, &clean);
+            let from = |from_s: &f64| -> Vec<f64> {
                 let pairs = change.iter().zip(&times_s);
-                let masked = pairs.map(|(d, t_s)| if *t_s >= from_s { *d } else { 0.0 });
-                takes(&masked.collect::<Vec<f64>>())
+                let masked = pairs.map(|(d, t_s)| if t_s >= from_s { *d } else { 0.0 });
+                masked.collect()
             };
-            changes.iter().map(masked).fold(0.0, f64::max)
-        };
-        let always = from(f64::NEG_INFINITY);
-        let by_moment = moments_s.iter().map(|&from_s| (from(from_s), from_s));
+            let masked: Vec<Vec<f64>> = froms_s.iter().map(from).collect();
+            let masked: Vec<&[f64]> = masked.iter().map(Vec::as_slice).collect();
+            let whitened = setting.noise.whiten_all(&masked);
+            for (most, whitened) in takes_most.iter_mut().zip(whitened) {
+                *most = most.max(takes(whitened));
+            }
+        }
+        let (always, later) = takes_most.split_first()?;
+        let by_moment = later.iter().copied().zip(moments_s.iter().copied());
         let (most, from_s) = by_moment.max_by(|a, b| a.0.total_cmp(&b.0))?;
         (0.5 * (most - always) > LEAST_GAIN).then_some((most, from_s))
     };

@@ -90,11 +90,13 @@ fn where_true(values: &[f64], amplitude: &[f64], test: impl Fn(f64) -> bool) -> 
 /// The same columns in whitened samples.
 #[must_use]
 pub fn whitened(columns: &[Column], whitener: &Whitener) -> Vec<Column> {
-    let whiten = |column: &Column| Column {
-        is_law: column.is_law,
-        values: whitener.whiten(&column.values),
+    let values: Vec<&[f64]> = columns.iter().map(|of| &of.values[..]).collect();
+    let whitened = columns.iter().zip(whitener.whiten_all(&values));
+    let column = |(of, values): (&Column, Vec<f64>)| Column {
+        is_law: of.is_law,
+        values,
     };
-    columns.iter().map(whiten).collect()
+    whitened.map(column).collect()
 }
 
 #[cfg(test)]

@@ -164,7 +164,8 @@ impl<'a> Descent<'a> {
         columns.push(self.plain.clone());
         columns.push(vec![1.0; self.plain.len()]);
         let noise = self.setting.noise;
-        let whitened: Vec<f64> = columns.iter().flat_map(|c| noise.whiten(c)).collect();
+        let plain: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let whitened = noise.whiten_all(&plain).concat();
         DMatrix::from_vec(self.plain.len(), columns.len(), whitened)
     }
 }
