@@ -5,6 +5,8 @@
 //! that were not used here: `plan prove` counts names without an effect, second effects withheld,
 //! and unique names that were wrong.
 
+use std::cell::LazyCell;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -369,8 +371,11 @@ impl Search<'_> {
             return false;
         }
         // What a function of the covariates, without any physics, could still take from the best
-        // single.
-        let left = flexible(self.setting, &best.fit).gain.total.max(LEAST_GAIN);
+        // single: asked only where a share leaves it open, for trees take long.
+        let left = LazyCell::new(|| {
+            let left = flexible(self.setting, &best.fit).gain.total;
+            left.max(LEAST_GAIN)
+        });
         let is_member = |single: &&Tried| pair.which.contains(&single.which[0]);
         let members = self.tried.singles.iter().filter(is_member);
         [best].into_iter().chain(members).all(|single| {
@@ -390,9 +395,10 @@ impl Search<'_> {
                 true => (BESIDE_A_CLOSURE, BEATS),
                 false => (BESIDE_A_LAW, MATCHES),
             };
-            let beats = share > least && more.total > over * left;
-            let is_large = share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * left;
-            enough(&more, p) && (is_large || beats)
+            let beats = || share > least && more.total > over * *left;
+            let is_large =
+                || share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * *left;
+            enough(&more, p) && (is_large() || beats())
         })
     }
 

@@ -144,7 +144,9 @@ struct Binned {
     edges: Vec<Vec<f64>>,
     /// Of every covariate, every sample's bin.
     bins: Vec<Vec<u8>>,
-    /// Of every sample, every covariate's bin: the same, as sums are taken over it.
+    /// The covariates that lie in more than one bin: no other splits anything.
+    parted: Vec<usize>,
+    /// Of every sample, the bin of each of these: the same, as sums are taken over it.
     of_samples: Vec<u8>,
 }
 
@@ -158,12 +160,15 @@ impl Binned {
         });
         let (edges, bins): (Vec<_>, Vec<Vec<u8>>) = binned.unzip();
         let samples = 0..bins.first().map_or(0, Vec::len);
-        let of_sample = |sample: usize| bins.iter().map(move |bins| bins[sample]);
-        let of_samples = samples.flat_map(of_sample).collect();
+        let is_parted = |of: &usize| bins[*of].iter().any(|bin| *bin != bins[*of][0]);
+        let parted: Vec<usize> = (0..bins.len()).filter(is_parted).collect();
+        let of_sample = |sample: usize| parted.iter().map(|&of| bins[of][sample]).collect();
+        let of_samples: Vec<Vec<u8>> = samples.map(of_sample).collect();
         Self {
             edges,
+            of_samples: of_samples.concat(),
             bins,
-            of_samples,
+            parted,
         }
     }
 
@@ -205,7 +210,7 @@ impl Binned {
 /// (z).
 type Cell = Vector3<f64>;
 
-/// Of every covariate, of every bin: one node's sums.
+/// Of every covariate that parts samples, of every bin: one node's sums.
 type Cells = Vec<[Cell; BINS + 2]>;
 
 /// What one tree is grown on.
@@ -223,7 +228,7 @@ impl Ground<'_> {
     }
 
     fn cells(&self, rows: &[u32]) -> Cells {
-        let covariates = self.binned.bins.len();
+        let covariates = self.binned.parted.len();
         let mut cells = vec![[Cell::zeros(); BINS + 2]; covariates];
         for &i in rows {
             let cell = self.cell(i);
@@ -240,7 +245,7 @@ impl Ground<'_> {
     fn best_split(&self, cells: &Cells) -> Option<(f64, usize, u8)> {
         let of = |cell: Cell| cell.x * cell.x / (cell.y + self.lambda);
         let mut best: Option<(f64, usize, u8)> = None;
-        for (covariate, cells) in cells.iter().enumerate() {
+        for (&covariate, cells) in self.binned.parted.iter().zip(cells) {
             let all: Cell = cells.iter().sum();
             let mut below = Cell::zeros();
             for (bin, cell) in cells.iter().enumerate() {
