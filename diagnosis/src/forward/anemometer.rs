@@ -11,9 +11,12 @@
 //! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the
 //! ambient speed from a magnitude makes a jet look up to 0.1 U_C weaker where the two are alike.
 
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use nalgebra::{Point3, Vector3};
 
-use crate::forward::flow::{Flow, Sighting};
+use crate::forward::flow::{Flow, Sighting, View};
 use crate::record::recording::{Measures, ProbeSample, Probes};
 
 /// Steps of the low-pass in the latest time constant. Chosen here: the air is taken as linear
@@ -50,60 +53,118 @@ fn magnitude_mps(flow: &Flow, measures: Measures, t_s: f64, velocity_mps: Vector
     square.sqrt() - subtracted_mps
 }
 
-/// Some rows of one probe, in the order of time: what was worked out once for all that is supposed.
-#[derive(Clone, Debug, Default)]
-pub struct Seen {
-    /// Through the instrument as its maker declares it; `None` before it was looked for.
-    course: Option<Course>,
-    /// From every moment of it every vehicle with a wake; empty where wakes are advected: that is
-    /// left to each simulation.
+/// Where drones are seen from all that some rows of one probe ask for: worked out once for all that
+/// is supposed of other things, since fits mostly change these.
+#[derive(Debug)]
+pub struct Looked {
+    /// By the baseline, and how its drones lean.
+    declared: Arc<Seen>,
+    /// By what was supposed last, the newest last.
+    supposed: Mutex<VecDeque<Arc<Seen>>>,
+}
+
+/// Suppositions that are kept: a difference quotient goes back to where it came from. And sightings
+/// that one of them has at most, some 6 MB. Chosen here.
+const SUPPOSED: usize = 2;
+const MOST_SIGHTINGS: usize = 1 << 16;
+
+impl Looked {
+    /// Looks around from all moments that some rows ask for.
+    #[must_use]
+    pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Looked {
+        let declared = Seen::of(flow, Course::new(probes, rows, 0.0), true);
+        Looked {
+            declared: Arc::new(declared),
+            supposed: Mutex::default(),
+        }
+    }
+
+    /// The same by another flow through a probe that lags; without sightings where these depend on
+    /// more than a view, or are too many to be kept.
+    fn by(&self, flow: &Flow, (probes, rows): (&Probes, &[usize]), lag_s: f64) -> Arc<Seen> {
+        let view = flow.view();
+        let is_it = |seen: &&Arc<Seen>| seen.course.taus_s[1] == lag_s && seen.view == view;
+        if is_it(&&self.declared) {
+            return self.declared.clone();
+        }
+        let supposed = || self.supposed.lock().unwrap_or_else(PoisonError::into_inner);
+        let leans = flow.effects().wake_lean.is_some();
+        if !leans && let Some(seen) = supposed().iter().find(is_it) {
+            return seen.clone();
+        }
+        let course = Course::new(probes, rows, lag_s);
+        if leans || course.moments.len() * view.emitters() > MOST_SIGHTINGS {
+            return Arc::new(Seen::unseen(course));
+        }
+        let seen = Arc::new(Seen::of(flow, course, false));
+        let mut supposed = supposed();
+        supposed.push_back(seen.clone());
+        if supposed.len() > SUPPOSED {
+            supposed.pop_front();
+        }
+        seen
+    }
+}
+
+/// Some rows of one probe, in the order of time, and from every moment that they ask for every
+/// vehicle with a wake.
+#[derive(Debug)]
+struct Seen {
+    course: Course,
+    view: View,
+    /// Empty where each simulation looks for itself.
     sightings: Vec<Sighting>,
-    /// Vehicles with a wake.
-    emitters: usize,
 }
 
 impl Seen {
-    /// Looks around from all moments that some rows ask for.
-    #[must_use]
-    pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Seen {
-        let course = Course::new(probes, rows, 0.0);
-        let moments = course.moments.iter().filter(|_| flow.is_prompt());
-        let around = moments.map(|moment| flow.sightings(moment.t_s, moment.point_m));
-        let around: Vec<Vec<Sighting>> = around.collect();
+    fn of(flow: &Flow, course: Course, leans: bool) -> Seen {
+        let view = flow.view();
+        let mut sightings = Vec::with_capacity(course.moments.len() * view.emitters());
+        for moment in &course.moments {
+            sightings.extend(flow.sightings(leans, moment.t_s, moment.point_m));
+        }
         Seen {
-            course: Some(course),
-            emitters: around.first().map_or(0, Vec::len),
-            sightings: around.concat(),
+            course,
+            view,
+            sightings,
+        }
+    }
+
+    fn unseen(course: Course) -> Seen {
+        Seen {
+            course,
+            view: View::default(),
+            sightings: Vec::new(),
         }
     }
 
     /// From one of the moments.
     fn from(&self, moment: usize) -> Option<&[Sighting]> {
+        let emitters = self.view.emitters();
         self.sightings
-            .get(moment * self.emitters..(moment + 1) * self.emitters)
+            .get(moment * emitters..(moment + 1) * emitters)
             .filter(|seen| !seen.is_empty())
     }
 }
 
 /// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time, with
-/// what is `seen` from them, of a probe that is so much slower (s) than its maker says, before what
+/// what was `looked` for from them, of a probe that is so much slower (s) than its maker says, before what
 /// else is wrong with it; `None` where some drone's place is not known.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,
-    (probes, rows, seen): (&Probes, &[usize], &Seen),
+    (probes, rows, looked): (&Probes, &[usize], Option<&Looked>),
     lag_s: f64,
 ) -> Vec<Option<f64>> {
     let measures = probes.instrument.measures;
-    let known = seen.course.as_ref().filter(|_| lag_s == 0.0);
-    let is_seen = known.is_some() && flow.is_prompt();
-    let own = known.is_none().then(|| Course::new(probes, rows, lag_s));
-    let Some(course) = known.or(own.as_ref()) else {
-        return Vec::new();
+    let seen = match looked {
+        Some(looked) => looked.by(flow, (probes, rows), lag_s),
+        None => Arc::new(Seen::unseen(Course::new(probes, rows, lag_s))),
     };
+    let course = &seen.course;
     let steady = |index: usize| {
         let Moment { t_s, point_m, .. } = course.moments[index];
-        match seen.from(index).filter(|_| is_seen) {
+        match seen.from(index) {
             Some(seen) => {
                 let velocity_mps = flow.velocity_seen_mps(t_s, point_m, seen)?;
                 Some(magnitude_mps(flow, measures, t_s, velocity_mps))

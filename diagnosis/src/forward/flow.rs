@@ -1,11 +1,12 @@
 //! The air that a recording's baseline simulates, and a hypothesis on top of it: at any point, at
 //! any moment.
 
+use std::borrow::Borrow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use airflow::Surroundings;
 use airflow::effects::{Effects, EntrainmentRadial, WakeLean};
-use airflow::{Airframe, DiscPoints, Wake};
+use airflow::{Airframe, DiscPoints, FarField, Wake};
 use nalgebra::{Point3, Vector3};
 
 use crate::forward::hypothesis::Hypothesis;
@@ -91,6 +92,22 @@ pub enum Sighting {
         /// What of it and of the room the wake meets.
         at: Surroundings,
     },
+}
+
+/// What tells where drones are seen from a point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct View {
+    convection: Option<f64>,
+    /// Clock of each (s), and what carries its air, where that takes time.
+    emitters: Vec<(f64, Option<FarField>)>,
+}
+
+impl View {
+    /// How many drones have a wake.
+    #[must_use]
+    pub fn emitters(&self) -> usize {
+        self.emitters.len()
+    }
 }
 
 /// Wakes of the vehicles of some recordings, alike ones made once, shared by many flows.
@@ -301,7 +318,7 @@ impl<'a> Flow<'a> {
     }
 
     /// What [`Flow::velocity_mps`] is with every vehicle, from where they are seen from the point
-    /// already: by a flow in which air arrives at once.
+    /// already: by a flow of the same [`View`].
     #[must_use]
     pub fn velocity_seen_mps(
         &self,
@@ -309,9 +326,7 @@ impl<'a> Flow<'a> {
         point_m: Point3<f64>,
         seen: &[Sighting],
     ) -> Option<Vector3<f64>> {
-        let sighted = self.emitters.iter().zip(seen);
-        let arrivals = sighted.filter_map(|(emitter, seen)| Flow::arrival(emitter, *seen));
-        self.velocity_of_mps(t_s, point_m, arrivals)
+        self.velocity_of_mps(t_s, point_m, self.emitters.iter().zip(seen))
     }
 
     fn velocity_among_mps(
@@ -320,23 +335,28 @@ impl<'a> Flow<'a> {
         point_m: Point3<f64>,
         counts: impl Fn(usize) -> bool,
     ) -> Option<Vector3<f64>> {
-        self.velocity_of_mps(t_s, point_m, self.arrivals(t_s, point_m, counts))
+        self.velocity_of_mps(t_s, point_m, self.sighted(t_s, point_m, counts))
     }
 
     fn velocity_of_mps<'f>(
-        &self,
+        &'f self,
         t_s: f64,
         point_m: Point3<f64>,
-        arrivals: impl Iterator<Item = Option<Arrival<'f>>>,
-    ) -> Option<Vector3<f64>> {
+        sighted: impl Iterator<Item = (&'f Emitter<'a>, impl Borrow<Sighting>)>,
+    ) -> Option<Vector3<f64>>
+    where
+        'a: 'f,
+    {
         let floor_z_m = self.floor_z_m().unwrap_or(f64::NEG_INFINITY);
         let below_floor = point_m.z < floor_z_m - airflow::HEIGHT_TOLERANCE_M;
         let mut horizontal_mps = Vector3::zeros();
         let mut gathered = 0.0;
-        for arrival in arrivals {
-            let Arrival {
-                wake, offset_m, at, ..
-            } = arrival?;
+        for (Emitter { wake, .. }, sighting) in sighted {
+            let (offset_m, at) = match sighting.borrow() {
+                Sighting::Unknown => return None,
+                Sighting::Idle => continue,
+                Sighting::Flying { offset_m, at } => (*offset_m, at),
+            };
             if offset_m.z >= -airflow::HEIGHT_TOLERANCE_M || below_floor {
                 continue;
             }
@@ -437,13 +457,22 @@ impl<'a> Flow<'a> {
         point_m: Point3<f64>,
         counts: impl Fn(usize) -> bool,
     ) -> impl Iterator<Item = Option<Arrival<'_>>> {
-        let emitters = self.emitters.iter();
-        emitters
+        self.sighted(t_s, point_m, counts)
+            .filter_map(|(emitter, seen)| Flow::arrival(emitter, seen))
+    }
+
+    /// The vehicles that count, and each as it is seen from a point.
+    fn sighted(
+        &self,
+        t_s: f64,
+        point_m: Point3<f64>,
+        counts: impl Fn(usize) -> bool,
+    ) -> impl Iterator<Item = (&Emitter<'a>, Sighting)> {
+        let leans = self.effects.wake_lean.is_some();
+        let counted = self.emitters.iter();
+        counted
             .filter(move |emitter| counts(emitter.vehicle))
-            .filter_map(move |emitter| {
-                let leans = self.effects.wake_lean.is_some();
-                Flow::arrival(emitter, self.sighting(emitter, leans, (t_s, point_m)))
-            })
+            .map(move |emitter| (emitter, self.sighting(emitter, leans, (t_s, point_m))))
     }
 
     /// An emitter's wake as it is seen; nothing where its rotors are idle.
@@ -496,19 +525,27 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Every vehicle with a wake, as it is seen from a point at a time.
-    #[must_use]
-    pub fn sightings(&self, t_s: f64, point_m: Point3<f64>) -> Vec<Sighting> {
+    /// Every vehicle with a wake, as it is seen from a point at a time; how it leans where that is
+    /// asked for.
+    pub fn sightings(
+        &self,
+        leans: bool,
+        t_s: f64,
+        point_m: Point3<f64>,
+    ) -> impl Iterator<Item = Sighting> {
         let emitters = self.emitters.iter();
-        let sighting = |emitter| self.sighting(emitter, true, (t_s, point_m));
-        emitters.map(sighting).collect()
+        emitters.map(move |emitter| self.sighting(emitter, leans, (t_s, point_m)))
     }
 
-    /// Whether air arrives at once and clocks agree, so that where drones are seen from a point
-    /// depends on nothing that is supposed.
+    /// What of it tells where drones are seen from any point, how they lean apart.
     #[must_use]
-    pub fn is_prompt(&self) -> bool {
-        self.convection.is_none() && self.emitters.iter().all(|emitter| emitter.clock_s == 0.0)
+    pub fn view(&self) -> View {
+        let is_carried = self.convection.is_some();
+        let emitter = |of: &Emitter| (of.clock_s, is_carried.then_some(*of.wake.far_field()));
+        View {
+            convection: self.convection,
+            emitters: self.emitters.iter().map(emitter).collect(),
+        }
     }
 
     /// When the air at a point left a drone; `None`: its place is not known then.

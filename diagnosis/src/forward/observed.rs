@@ -49,8 +49,8 @@ const STRETCH: usize = 64;
 /// Golden section: multiples of it fill the phases most evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// Simulated values that are kept for when they are asked for again. Chosen here: 32 MB.
-const MOST_KEPT: usize = 1 << 21;
+/// Simulated values that are kept for when they are asked for again. Chosen here: 64 MB.
+const MOST_KEPT: usize = 1 << 22;
 
 /// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis
 /// needs to know.

@@ -1,8 +1,10 @@
 //! What the declared simulation would have recorded, at every sample that was.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 
-use crate::forward::anemometer::{self, Seen};
+use crate::forward::anemometer::{self, Looked};
 use crate::forward::flow::Flow;
 pub use crate::forward::flow::Place;
 use crate::forward::hypothesis::Sensor;
@@ -113,7 +115,7 @@ pub struct Series {
     pub first_s: f64,
     /// Where drones are seen from all that these rows of a probe ask for, once [`Series::look`] was
     /// called.
-    seen: Seen,
+    looked: Option<Arc<Looked>>,
 }
 
 /// The series of a recording: probes by id, then receivers by vehicle.
@@ -155,7 +157,7 @@ fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) 
             recorded: rows.iter().map(|&row| samples[row].2).collect(),
             rows: rows.to_vec(),
             first_s,
-            seen: Seen::default(),
+            looked: None,
         })
         .collect()
 }
@@ -167,7 +169,7 @@ impl Series {
     pub fn simulate(&self, flow: &Flow, sensor: &Sensor) -> Vec<Option<f64>> {
         match (self.channel, &flow.recording().probes) {
             (Channel::Speed, Some(probes)) => {
-                let rows = (probes, self.rows.as_slice(), &self.seen);
+                let rows = (probes, self.rows.as_slice(), self.looked.as_deref());
                 anemometer::readings_mps(flow, rows, sensor.lag_s)
             }
             (Channel::Throttle | Channel::Power, _) => {
@@ -203,7 +205,7 @@ impl Series {
     /// Looks for the drones from every row once, for all simulations of these rows.
     pub fn look(&mut self, flow: &Flow) {
         if let (Channel::Speed, Some(probes)) = (self.channel, &flow.recording().probes) {
-            self.seen = Seen::of(flow, probes, &self.rows);
+            self.looked = Some(Arc::new(Looked::of(flow, probes, &self.rows)));
         }
     }
 }
