@@ -25,13 +25,13 @@ pub struct FarField {
     /// `-s₀ l`: the virtual origin's height above the rotor plane (m).
     origin_above_m: f64,
     /// `k = U_H B l / q` (m²/s): centreline speed times depth below the virtual origin.
-    pub(crate) decay_m2_per_s: f64,
+    decay_m2_per_s: f64,
     /// `U_H B l` (m²/s): what carries the air down.
     carried_m2_per_s: f64,
     /// `q S`: half-width over depth below the virtual origin.
     spreading: f64,
     /// `G = a/(q S)²`.
-    pub(crate) steepness: f64,
+    steepness: f64,
 }
 
 impl FarField {
@@ -75,7 +75,7 @@ impl FarField {
     }
 
     /// `σ` at a depth where the fit holds.
-    pub(crate) fn sigma_m(&self, depth_m: f64) -> Option<f64> {
+    fn sigma_m(&self, depth_m: f64) -> Option<f64> {
         (depth_m >= self.from_m).then_some(depth_m + self.origin_above_m)
     }
 

@@ -128,6 +128,20 @@ impl Flown {
         (mean_mps + self.return_flow_mps) * self.receiver_gain / induced_velocity_mps
     }
 
+    /// Induced velocity (m/s) by which a drone's exposure is measured, of what its mass asks for in
+    /// air of the stated density; see [`Wake::hover_velocity_mps`].
+    #[must_use]
+    pub fn hover_velocity_mps(&self, stated_mps: f64) -> f64 {
+        stated_mps * Shape::of_rotors(&self.steady)
+    }
+
+    /// Density of the air (kg/m³) where another is stated.
+    #[must_use]
+    pub fn density_kg_per_m3(&self, stated_kg_per_m3: f64) -> f64 {
+        let found = self.steady.air_density;
+        stated_kg_per_m3 * found.map_or(1.0, |it| it.density_factor)
+    }
+
     /// The mean over the discs (m/s) at which [`Flown::alpha`] is so much.
     #[must_use]
     pub fn mean_mps(&self, alpha: f64, induced_velocity_mps: f64) -> f64 {

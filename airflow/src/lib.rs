@@ -33,7 +33,6 @@
 //! | U_H' | U_H times [`power::beta`] | m/s | U_H' = U_D/2 + √((U_D/2)² + U_H²) |
 //! | β | [`power::beta`] | 1 | β = P'/P = α/2 + √(α² + 4)/2 |
 //! | q (ours) | [`Airframe::width_factor`] | 1 | r_half → q r_half, U_C → U_C/q |
-//! | ∫ ⟨U⟩ dt (ours) | [`FarField::dose_m`] | m | closed form along any straight path |
 //! | K (ours) | [`Jet::momentum`] | ρ U_H² l² | K = π (B S)²/(3 (√2 - 1)) |
 //! | τ (ours) | [`power::thrust_ratio_at_constant_power`] | 1 | τ³ + α τ = 1 |
 //!
@@ -84,7 +83,6 @@
 //!
 //! # In reading order
 //!
-//! `air` and `airframe`: the source. `jet`, `far_field` and `axial_exposure`: the paper's fit,
 //! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. [`effects`]: what
 //! the hover jet leaves out, one table and one file each. `wake`: both fields joined, with the
 //! effects that shape one drone's steady jet; `wake/cross_section`: at one depth. `superposition`,
@@ -95,7 +93,6 @@
 
 mod air;
 mod airframe;
-mod axial_exposure;
 mod convection;
 mod discs;
 pub mod effects;

@@ -1,8 +1,8 @@
 //! What a plan takes of each drone's battery, before anything is flown: hovering for as long as it
-//! is in the air, up to the plan's end, the climbs, and what the air it meets costs. Drag is left
-//! out; `fly` has it.
+//! is in the air, up to the plan's end, the climbs, and what the air costs that it meets up to the
+//! end of its own trajectory. Drag is left out; `fly` has it, and all the air.
 
-use airflow::GRAVITY_MPS2;
+use airflow::{Flown, GRAVITY_MPS2};
 use planner::Plan;
 use planner::plan::DronePlan;
 use serde::Serialize;
@@ -30,10 +30,11 @@ pub struct Charge {
 pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
     let last_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
     let ends_s = plan.drones.iter().filter_map(last_s).fold(0.0, f64::max);
+    let flown = plan.flown();
     let charge = |drone: &DronePlan| {
         let airframe = drone.airframe.airframe().ok()?;
         let vehicle = Vehicle::of(&airframe, &setup.entry(airframe.name()));
-        let energy_wh = energy_j(drone, ends_s) / vehicle.drive_efficiency / 3600.0;
+        let energy_wh = energy_j(drone, (ends_s, &flown)) / vehicle.drive_efficiency / 3600.0;
         Some(Charge {
             drone: drone.name.clone(),
             airframe: airframe.name().to_owned(),
@@ -47,7 +48,7 @@ pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
 
 /// Aerodynamic: m g U_H while it is in the air before a plan ends (s), m g per metre of climb, and
 /// the air's price (J).
-fn energy_j(drone: &DronePlan, ends_s: f64) -> f64 {
+fn energy_j(drone: &DronePlan, (ends_s, flown): (f64, &Flown)) -> f64 {
     let path = &drone.trajectory;
     let (from_s, until_s) = drone.airborne_s;
     let until_s = until_s.unwrap_or(ends_s);
@@ -61,7 +62,7 @@ fn energy_j(drone: &DronePlan, ends_s: f64) -> f64 {
     let places_m = places_m.zip(at_m.iter().chain(at_m.last()));
     let masses_kg = path.mass_kg.first().into_iter().chain(&path.mass_kg);
     for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(masses_kg) {
-        let hover_mps = drone.hover_mps(*times_s.0);
+        let hover_mps = flown.hover_velocity_mps(drone.hover_mps(*times_s.0));
         let weight_n = mass_kg * GRAVITY_MPS2;
         let flies_s = times_s.1.min(until_s) - times_s.0.max(from_s);
         let climbs_m = places_m.1.z - places_m.0.z;

@@ -91,15 +91,18 @@ impl Craft {
 #[derive(Debug)]
 pub(crate) struct Boxed {
     pub(crate) solid: NamedSolid,
+    /// Drones stand on its top.
+    pub(crate) bears: bool,
     low_m: Vector3<f64>,
     high_m: Vector3<f64>,
 }
 
 impl Boxed {
-    fn new(solid: NamedSolid) -> Boxed {
+    fn new(solid: NamedSolid, bears: bool) -> Boxed {
         let [low_m, high_m] = solid.corners_m().map(|it| it.coords);
         Boxed {
             solid,
+            bears,
             low_m,
             high_m,
         }
@@ -153,9 +156,8 @@ impl Fleet {
         let solids: Result<Vec<NamedSolid>, String> = solids.collect();
         let keep_out = plan.zones.iter().filter(|zone| zone.keep_out);
         let solids = solids.map_err(FlyError::Place)?.into_iter();
-        let solids = solids
-            .chain(keep_out.map(NamedSolid::of_zone))
-            .map(Boxed::new);
+        let solids = solids.map(|it| Boxed::new(it, true));
+        let solids = solids.chain(keep_out.map(|it| Boxed::new(NamedSolid::of_zone(it), false)));
         let mut fleet = Fleet {
             crafts: Vec::with_capacity(plan.drones.len()),
             superposition,
@@ -217,7 +219,8 @@ impl Fleet {
                 let vehicle = Vehicle::of(&airframe, &setup.entry(airframe.name()));
                 self.vehicles
                     .push((airframe.name().to_owned(), vehicle.clone()));
-                let dynamics = Dynamics::new(vehicle, &airframe, density_kg_per_m3);
+                let found_kg_per_m3 = self.flown.density_kg_per_m3(density_kg_per_m3);
+                let dynamics = Dynamics::new(vehicle, &airframe, found_kg_per_m3);
                 (self.wake(plan, &airframe), dynamics)
             }
         };

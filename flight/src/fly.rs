@@ -41,6 +41,8 @@ const TAIL_S: f64 = 6.0;
 /// (s); chosen here.
 const DOWN_M: f64 = 0.05;
 const DOWN_S: f64 = 2.0;
+/// Thrust over weight that leaves air, at most: chosen here, more than rotors give for long.
+const MOST_THRUST: f64 = 4.0;
 /// The floor is this far below the lowest centre (m), chosen here: no body is a point.
 const FLOOR_M: f64 = 0.02;
 /// Gaps between bodies are told up to this (m): chosen here.
@@ -247,16 +249,14 @@ pub fn fly(
     })
 }
 
-/// Where drones really flew, flight by flight, as many as [`MOST_PLACES`] allow.
+/// Where drones really flew, in each flight the same, as many as [`MOST_PLACES`] allow, one at
+/// least.
 fn paths(most_air_first: &[(usize, f64)], logs: &[Log], steps: usize) -> Paths {
     let each = steps.div_ceil(TRACE_EVERY).max(1);
-    let mut left = MOST_PLACES / each;
+    let most = (MOST_PLACES / each / logs.len().max(1)).max(1);
     let of_flight = |log: &Log| {
-        let some = most_air_first.iter().take(left).map(|it| it.0);
-        let some: Vec<usize> = some.collect();
-        left -= some.len();
-        let path = |k: usize| (k, log.pilots[k].off_m());
-        some.into_iter().map(path).collect()
+        let some = most_air_first.iter().take(most).map(|it| it.0);
+        some.map(|k| (k, log.pilots[k].off_m())).collect()
     };
     Paths {
         from_s: -SETTLE_S,
@@ -348,9 +348,11 @@ impl Setting<'_> {
         let fleet = self.fleet;
         let mut pilots: Vec<Pilot> = (0..fleet.crafts.len()).map(|k| self.pilot(k)).collect();
         let convection = self.air.map_or(1.0, |it| it.0);
-        let height_m = fleet.bounds_m.max.z - fleet.bounds_m.min.z;
+        let highest_m = fleet.crafts.iter().map(|it| it.course.highest_m);
+        let height_m = highest_m.fold(fleet.bounds_m.max.z, f64::max) - fleet.bounds_m.min.z;
         let new = |craft: &Craft| {
-            Emitter::new(craft.wake.clone(), (convection, STEP_S), height_m + LINK_M)
+            let air = Emitter::new(craft.wake.clone(), (convection, STEP_S), height_m + LINK_M);
+            air.laden(craft.mass_kg, &craft.course.masses_kg)
         };
         let mut emitters: Vec<Emitter> = match self.air {
             Some(_) => fleet.crafts.iter().map(new).collect(),
@@ -500,9 +502,9 @@ impl Setting<'_> {
         let alpha = self.alpha(pilot.air_mps, hover_mps);
         if pilot.is_flying && counts {
             let strongest = pilot.receiver.strongest.map(|(from, _)| from);
-            let is_own = t_s <= craft.course.last_s;
+            let is_told = t_s <= self.fleet.last_s;
             let air = (alpha, pilot.air_mps, strongest);
-            pilot.tally.air(air, craft.air_limit, (t_s, is_own));
+            pilot.tally.air(air, craft.air_limit, (t_s, is_told));
             let calm = self
                 .calm
                 .map(|log| f64::from(log.pilots[k].altitude_m[step]));
@@ -584,7 +586,7 @@ impl Setting<'_> {
             pilot.body.velocity_mps.z = pilot.body.velocity_mps.z.max(0.0);
         }
         pilot.strength = (effort.thrust_n / dynamics.weight_n)
-            .clamp(0.05, 4.0)
+            .clamp(0.05, MOST_THRUST * reference.mass_kg / craft.mass_kg)
             .sqrt();
         if is_told {
             pilot.tally.energy_j += effort.power_w * step_s;
@@ -686,7 +688,7 @@ impl Setting<'_> {
         let is_over_pad = craft.course.pads_m.iter().flatten().any(is_near);
         let far_m = CONTACT_M + craft.body_radius_m;
         for (with, it) in self.fleet.solids.iter().enumerate() {
-            let is_pad = || is_over_pad && it.solid.is_below(&at_m);
+            let is_pad = || it.bears && is_over_pad && it.solid.is_below(&at_m);
             if it.is_beyond(&at_m.coords, far_m) || is_pad() {
                 continue;
             }
@@ -1000,6 +1002,113 @@ mod tests {
         // It flew for six seconds and two at most.
         let hover_w = 0.23 * 9.81 * 7.41;
         assert!(lands.energy_j < 8.0 * hover_w && lands.energy_j > 5.0 * hover_w);
+    }
+
+    /// The most alpha of the first drone, as it is flown and as the verifier has it.
+    fn alphas(plan: &Plan, convection: f64) -> [f64; 2] {
+        let flown = flown(plan, &calm_at(convection));
+        let verified = planner::verify(plan).exposures[0].worst_air_mps;
+        let u_h_mps = plan
+            .flown()
+            .hover_velocity_mps(plan.drones[0].hover_mps(0.0));
+        let claimed = plan.flown().alpha(verified, u_h_mps);
+        [flown.flights[0].drones[0].worst_alpha, claimed]
+    }
+
+    /// A drone below another that hovers for some seconds, each at a place (m).
+    fn below((low, low_m): (&str, [f64; 3]), (high, high_m): (&str, [f64; 3]), more: &str) -> Plan {
+        plan(&[
+            drone(("low", low), &[(0.0, low_m), (6.0, low_m)], ""),
+            drone(("high", high), &[(0.0, high_m), (6.0, high_m)], more),
+        ])
+    }
+
+    #[test]
+    fn wind_bends_the_jet_of_a_laden_drone_as_the_verifier_has_it() {
+        let (low, high) = (
+            ("offboard-2", [5.0, 6.2, 2.0]),
+            ("matrice-300", [5.0, 5.0, 7.8]),
+        );
+        let mut laden = below(low, high, "");
+        laden.drones[1].trajectory.mass_kg.fill(11.5);
+        laden.air.effects = Some(airflow::effects::Effects {
+            crossflow: Some(airflow::effects::Crossflow {
+                wind_mps: [0.0, 1.0],
+            }),
+            ..Default::default()
+        });
+        let [flown, claimed] = alphas(&laden, 1.0);
+        // The lower one is pushed down a little.
+        assert!((flown / claimed - 1.0).abs() < 0.05, "{flown} {claimed}");
+    }
+
+    #[test]
+    fn air_counts_however_long_it_is_under_way_and_from_however_high() {
+        let mut tall = below(
+            ("kolibri", [5.0, 5.0, 1.0]),
+            ("crazyflie-2.1", [5.0, 5.0, 15.5]),
+            "",
+        );
+        tall.bounds_m.max.z = 18.0;
+        let [flown, claimed] = alphas(&tall, 0.6);
+        assert!(
+            claimed > 0.01 && (flown / claimed - 1.0).abs() < 0.05,
+            "{flown} {claimed}"
+        );
+        let above = below(
+            ("kolibri", [5.0, 5.0, 2.0]),
+            ("matrice-300", [5.0, 5.0, 14.0]),
+            "",
+        );
+        let [flown, claimed] = alphas(&above, 1.0);
+        assert!(
+            claimed > 0.3 && (flown / claimed - 1.0).abs() < 0.05,
+            "{flown} {claimed}"
+        );
+    }
+
+    #[test]
+    fn air_found_to_be_thin_is_flown_in_by_its_own_drone_too() {
+        let mut thin = below(
+            ("kolibri", [5.0, 5.0, 2.0]),
+            ("offboard-2", [5.0, 5.0, 6.0]),
+            "",
+        );
+        let energy_j = |plan: &Plan| flown(plan, &calm_at(1.0)).flights[0].drones[1].energy_j;
+        let battery_wh =
+            |plan: &Plan| crate::battery::of_plan(plan, &Setup::default())[1].energy_wh;
+        let before = [energy_j(&thin), battery_wh(&thin)];
+        thin.air.effects = Some(airflow::effects::Effects {
+            air_density: Some(airflow::effects::AirDensity {
+                density_factor: 0.8,
+            }),
+            ..Default::default()
+        });
+        for (before, after) in before.into_iter().zip([energy_j(&thin), battery_wh(&thin)]) {
+            // m g U_H, of which the high one meets no air.
+            assert!(
+                (after / before - 0.8_f64.powf(-0.5)).abs() < 1e-3,
+                "{before} {after}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_pad_excuses_what_drones_stand_on_and_no_zone() {
+        let climbs = [(0.0, [16.0, 16.0, 3.1]), (3.0, [16.0, 16.0, 5.0])];
+        let mut plan = plan(&[drone(("a", "kolibri"), &climbs, r#""at_start": "landed","#)]);
+        assert!(flown(&plan, &calm_at(1.0)).is_within_limits());
+        plan.zones = vec![planner::plan::Zone {
+            name: "people".to_owned(),
+            min_m: [14.0, 14.0, 0.0].into(),
+            max_m: [18.0, 18.0, 3.05].into(),
+            keep_out: true,
+            air_limit_mps: None,
+        }];
+        let report = flown(&plan, &calm_at(1.0));
+        let found = &report.flights[0].drones[0];
+        assert_eq!(found.least_obstacle.as_deref(), Some("people"));
+        assert!(found.is_in_obstacle() && !report.is_within_limits());
     }
 
     #[test]

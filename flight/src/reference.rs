@@ -32,6 +32,10 @@ pub(crate) struct Course {
     pub(crate) pads_m: [Option<Point3<f64>>; 2],
     /// Last time of the trajectory (s).
     pub(crate) last_s: f64,
+    /// The highest of its break points (m).
+    pub(crate) highest_m: f64,
+    /// All that it weighs on its way, each once (kg).
+    pub(crate) masses_kg: Vec<f64>,
 }
 
 impl Course {
@@ -51,6 +55,10 @@ impl Course {
         let ends = masses_kg.first().zip(masses_kg.last());
         let (first_kg, last_kg) = ends.ok_or("it has no mass")?;
         let first_m = drone.trajectory.position_m[0];
+        let heights_m = drone.trajectory.position_m.iter().map(|it| it.z);
+        let mut each_kg = masses_kg.clone();
+        each_kg.sort_by(f64::total_cmp);
+        each_kg.dedup();
         let (from_s, until_s) = drone.airborne_s;
         let is_landed = drone.at_start == AtStart::Landed;
         let enters_s = drone.enters_s.unwrap_or(f64::NEG_INFINITY);
@@ -71,6 +79,8 @@ impl Course {
             there_s: (enters_s, gone_s),
             pads_m: [is_landed.then_some(first_m), lands.then_some(last_m)],
             last_s,
+            highest_m: heights_m.fold(f64::NEG_INFINITY, f64::max),
+            masses_kg: each_kg,
             trajectory,
         })
     }

@@ -79,7 +79,7 @@ pub(crate) struct Tally {
     across_max_m: f64,
     altitude: Squares,
     by_air: Squares,
-    /// Aerodynamic, to the drone's last time.
+    /// Aerodynamic, to the plan's last time.
     pub(crate) energy_j: f64,
     pub(crate) full_tilt_s: f64,
     pub(crate) body: Option<Contact>,
@@ -89,13 +89,13 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Air over one step: alpha, the mean over the discs (m/s), whose most of it is; `is_own`: the
-    /// time is within its trajectory.
+    /// Air over one step: alpha, the mean over the discs (m/s), whose most of it is; `is_told`: the
+    /// time is within the plan.
     pub(crate) fn air(
         &mut self,
         (alpha, air_mps, from): (f64, f64, Option<usize>),
         air_limit: f64,
-        (t_s, is_own): (f64, bool),
+        (t_s, is_told): (f64, bool),
     ) {
         if alpha > self.worst_alpha {
             self.worst_alpha = alpha;
@@ -110,7 +110,7 @@ impl Tally {
         if alpha > air_limit + OVER {
             self.over_limit_s += STEP_S;
         }
-        if is_own {
+        if is_told {
             self.dose_m += air_mps * STEP_S;
         }
     }

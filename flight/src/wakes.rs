@@ -29,10 +29,6 @@ use crate::gusts::JetAt;
 /// width of a wake some metres down.
 pub(crate) const LINK_M: f64 = 0.5;
 
-/// Air older than this is not remembered (s), chosen here: 20 m below a Kolibri at 0.6 of the
-/// centreline speed.
-const OLDEST_S: f64 = 45.0;
-
 /// One moment of a drone's past.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
@@ -51,6 +47,9 @@ pub struct Moment {
 #[derive(Clone, Debug)]
 pub struct Emitter {
     wake: Wake,
+    /// The same drone's wakes at other masses, where their shape goes with it, with the strength
+    /// that they have.
+    laden: Vec<(f64, Wake)>,
     convection: f64,
     /// Ages (steps) at which its streakline is cut.
     cuts: Vec<usize>,
@@ -92,9 +91,7 @@ impl Emitter {
     pub fn new(wake: Wake, (convection, step_s): (f64, f64), deepest_m: f64) -> Emitter {
         let far = wake.far_field();
         let faint_m = wake.iso_speed_end_m(FAINTEST_WAKE_MPS);
-        let oldest_s = far
-            .transport_time_s(deepest_m.min(faint_m), convection)
-            .min(OLDEST_S);
+        let oldest_s = far.transport_time_s(deepest_m.min(faint_m), convection);
         let mut cuts = vec![0];
         for n in 1_u32.. {
             let age_s = far.transport_time_s(f64::from(n) * LINK_M, convection);
@@ -115,10 +112,32 @@ impl Emitter {
             reach_m: cuts.iter().map(reach_m).collect(),
             past: VecDeque::with_capacity(cuts[cuts.len() - 1] + 2),
             wake,
+            laden: Vec::new(),
             convection,
             cuts,
             step_s,
         }
+    }
+
+    /// The same for a drone of `own_kg`, as which its wake is, that weighs so much at times (kg):
+    /// wind bends the jet of a laden drone less.
+    #[must_use]
+    pub fn laden(mut self, own_kg: f64, masses_kg: &[f64]) -> Emitter {
+        if self.wake.is_shaped() {
+            let others = masses_kg.iter().filter(|it| **it != own_kg);
+            let wakes = others.map(|&kg| ((kg / own_kg).sqrt(), self.wake.with_mass(kg)));
+            self.laden = wakes.collect();
+        }
+        self
+    }
+
+    /// The wake whose strength is nearest to one, and what that one is to it.
+    fn shaped(&self, strength: f64) -> (&Wake, f64) {
+        let own = (1.0, &self.wake);
+        let others = self.laden.iter().map(|(at, wake)| (*at, wake));
+        let off = |at: f64| (at - strength).abs();
+        let nearest = others.fold(own, |a, b| if off(b.0) < off(a.0) { b } else { a });
+        (nearest.1, strength / nearest.0)
     }
 
     /// One more moment, a step after the last. Before the first the drone was where it was then.
@@ -175,7 +194,8 @@ impl Emitter {
                 continue;
             }
             let place = |it: &Moment, depth_m: f64| {
-                let [x, y] = self.wake.axis_m(depth_m).unwrap_or_default();
+                let (wake, _) = self.shaped(it.strength);
+                let [x, y] = wake.axis_m(depth_m).unwrap_or_default();
                 let lean = Vector2::from(it.lean) * depth_m;
                 it.position_m.xy().coords + Vector2::new(x, y) + lean
             };
@@ -228,8 +248,9 @@ impl Emitter {
         };
         let depth_m = from_m.z - z_m;
         let [x, y] = nearer.lean.map(|lean| lean * depth_m);
+        let (wake, strength) = self.shaped(strength);
         (depth_m > airflow::HEIGHT_TOLERANCE_M).then_some(Parcel {
-            wake: &self.wake,
+            wake,
             from_m: from_m + Vector3::new(x, y, 0.0),
             strength,
         })
@@ -262,10 +283,11 @@ impl Emitter {
             && now.position_m.z > z_m + airflow::HEIGHT_TOLERANCE_M
             && z_m >= now.ends_at_z_m - airflow::HEIGHT_TOLERANCE_M;
         let [x, y] = now.lean.map(|lean| lean * (now.position_m.z - z_m));
+        let (wake, strength) = self.shaped(now.strength);
         reaches.then_some(Parcel {
-            wake: &self.wake,
+            wake,
             from_m: now.position_m + Vector3::new(x, y, 0.0),
-            strength: now.strength,
+            strength,
         })
     }
 }

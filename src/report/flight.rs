@@ -83,13 +83,9 @@ fn pair(flown: &FlightReport) -> (Vec<&Flight>, Vec<&Flight>) {
         let all = flown.flights.iter();
         all.filter(|it| it.case.feed_forward == wanted).collect()
     };
-    let late = of(FeedForward::Late);
-    let with = if late.is_empty() {
-        of(FeedForward::Paper)
-    } else {
-        late
-    };
-    (of(FeedForward::None), with)
+    let known = [FeedForward::Late, FeedForward::Paper, FeedForward::Matched];
+    let with = known.into_iter().map(of).find(|it| !it.is_empty());
+    (of(FeedForward::None), with.unwrap_or_default())
 }
 
 /// The worst of one drone over some flights.
@@ -130,10 +126,11 @@ fn drones(flown: &FlightReport) -> Vec<Part> {
                 1e3 * most(some, k, |it| it.altitude_rms_by_air_m)
             ),
         };
-        let extra = most(&without, k, |it| {
-            100.0 * it.extra_energy_j / it.energy_j.max(1e-9)
+        let extra = most(&all, k, |it| {
+            let calm_j = it.energy_j - it.extra_energy_j;
+            100.0 * it.extra_energy_j / calm_j.max(1e-9)
         });
-        let battery = without.iter().filter_map(|it| it.drones[k].battery_percent);
+        let battery = all.iter().filter_map(|it| it.drones[k].battery_percent);
         let battery = battery.reduce(f64::max);
         vec![
             drone.name.clone(),
@@ -298,13 +295,16 @@ fn feed_forward(flown: &FlightReport) -> Option<String> {
                     && a.convection == b.convection
             })?;
             let before_m = none.fleet.altitude_rms_by_air_m;
-            if before_m <= 0.0 {
-                return None;
-            }
             let share = 100.0 * flight.fleet.altitude_rms_by_air_m / before_m;
-            shares.push(format!("{share:.0} %"));
+            shares.push(match before_m > 0.0 {
+                true => format!("{share:.0} %"),
+                false => "- (no air)".to_owned(),
+            });
         }
-        (!shares.is_empty()).then(|| format!("{} leaves {}", wanted.as_str(), joined(shares, ", ")))
+        shares
+            .iter()
+            .any(|it| it.ends_with('%'))
+            .then(|| format!("{} leaves {}", wanted.as_str(), joined(shares, ", ")))
     };
     let told = [FeedForward::Paper, FeedForward::Late, FeedForward::Matched]
         .into_iter()

@@ -149,6 +149,33 @@ fn logs_are_flown_too() {
 }
 
 #[test]
+fn the_table_says_what_flight_json_holds() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), plan(2.0)).unwrap();
+    let line = "fly plan.json --convection 1 --gusts 0 --feed-forward matched --out out";
+    let (_, told, errors) = run(folder, line);
+    let row = told.lines().find(|it| it.trim_start().starts_with("low "));
+    let row = row.unwrap_or_else(|| panic!("{told}{errors}"));
+    let text = fs::read_to_string(folder.join("out/flight.json")).unwrap();
+    let flown: Value = serde_json::from_str(&text).unwrap();
+    let flights = flown["flights"].as_array().unwrap();
+    let low = |flight: &Value, key: &str| flight["drones"][2][key].as_f64().unwrap();
+    // Over what it takes in calm air.
+    let percent = |it: &Value| {
+        let extra_j = low(it, "extra_energy_j");
+        100.0 * extra_j / (low(it, "energy_j") - extra_j)
+    };
+    let most = flights.iter().map(percent).fold(0.0, f64::max);
+    assert!(row.contains(&format!("{most:+.1} %")), "{most}: {row}");
+    let with_mm = 1e3 * low(&flights[1], "altitude_rms_by_air_m");
+    assert!(
+        row.contains(&format!("{with_mm:.0} mm")),
+        "{with_mm}: {row}"
+    );
+}
+
+#[test]
 fn a_drone_that_draws_more_than_its_battery_holds_is_warned_of() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();

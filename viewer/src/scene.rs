@@ -208,7 +208,7 @@ impl<'a> Scene<'a> {
                     max_descent_mps: drone.airframe.max_descent_mps,
                     alpha_mps: changes(path.t_s.iter().chain(none).enumerate().map(
                         |(point, &t_s)| {
-                            let u_h_mps = drone.hover_mps(t_s);
+                            let u_h_mps = flown.hover_velocity_mps(drone.hover_mps(t_s));
                             let alphas = [0.0, 1.0, drone.air_limit];
                             (point, alphas.map(|alpha| flown.mean_mps(alpha, u_h_mps)))
                         },

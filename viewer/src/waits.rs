@@ -270,8 +270,10 @@ fn waits_for(
 ) -> Option<usize> {
     let own = &plan.drones[drone];
     let flown = plan.flown();
-    let limit_mps =
-        |it: &DronePlan, t_s: f64| flown.mean_mps(it.air_limit, it.hover_mps(t_s)).max(1e-6);
+    let limit_mps = |it: &DronePlan, t_s: f64| {
+        let u_h_mps = flown.hover_velocity_mps(it.hover_mps(t_s));
+        flown.mean_mps(it.air_limit, u_h_mps).max(1e-6)
+    };
     let apart_m = plan.clearance_m.unwrap_or(0.0) + 2.0 * plan.margins.tracking_m;
     let first = samples.partition_point(|it| it.t_s < from_s);
     let mut nearest = (NEARLY, None);

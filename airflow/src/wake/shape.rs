@@ -100,15 +100,18 @@ impl Shape {
         self.plain_mps
     }
 
-    /// `U_H` (m/s) of the drone's own rotors. Density changes it; a payload found counts where it
-    /// lowers it, since a finding may be about another drone of the fleet.
+    /// `U_H` (m/s) of the drone's own rotors.
     pub(crate) fn hover_velocity_mps(&self) -> f64 {
-        let effects = &self.effects;
+        self.plain_mps * Shape::of_rotors(&self.effects)
+    }
+
+    /// Factor on `U_H` of a drone's own rotors. Density changes it; a payload found counts where it
+    /// lowers it, since a finding may be about another drone of the fleet.
+    pub(crate) fn of_rotors(effects: &Effects) -> f64 {
         let payload = effects
             .payload_mass
             .map_or(1.0, |payload| payload.factor(f64::INFINITY).min(1.0));
-        let density = effects.air_density.map_or(1.0, |effect| effect.factor());
-        self.plain_mps * payload * density
+        payload * effects.air_density.map_or(1.0, |effect| effect.factor())
     }
 
     /// Widening along the longest direction of a level cross-section, over the jet in still air.

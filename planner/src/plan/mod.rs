@@ -149,8 +149,8 @@ pub struct AirDelay {
 }
 
 impl DronePlan {
-    /// Induced velocity at hover with the load of a time (s): what its exposure is measured by
-    /// then (m/s).
+    /// Induced velocity at hover with the load of a time (s), in the stated air (m/s); see
+    /// [`airflow::Flown::hover_velocity_mps`].
     pub fn hover_mps(&self, t_s: f64) -> f64 {
         let point = self.trajectory.point_at(t_s).unwrap_or(0);
         let own_kg = self.airframe.mass_kg;

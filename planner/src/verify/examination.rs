@@ -191,7 +191,8 @@ fn worst_air(plan: &Plan, report: &Report) -> Option<WorstAir> {
         let point = entry.point_at(at_s).unwrap_or(0);
         let mass_kg = *entry.mass_kg.get(point)?;
         let airframe = drone.airframe.airframe().ok()?;
-        let u_h_mps = airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);
+        let stated_mps = airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);
+        let u_h_mps = flown.hover_velocity_mps(stated_mps);
         Some(WorstAir {
             drone: drone.name.clone(),
             alpha: flown.alpha(met.worst_air_mps, u_h_mps),

@@ -82,8 +82,8 @@ pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment<'_>> {
 
 /// Air over the drone's own induced velocity, both at its worst moment.
 pub(super) fn alpha(flown: &Flown, drone: &DronePlan) -> f64 {
-    let u_h_mps = drone.hover_mps(drone.worst_air_at_s.unwrap_or(0.0));
-    flown.alpha(drone.worst_air_mps, u_h_mps)
+    let stated_mps = drone.hover_mps(drone.worst_air_at_s.unwrap_or(0.0));
+    flown.alpha(drone.worst_air_mps, flown.hover_velocity_mps(stated_mps))
 }
 
 /// A gradient from above to below, by opacity.

@@ -110,8 +110,7 @@ pub(crate) struct Readings {
     pub(crate) logged: Vec<f64>,
 }
 
-/// Longest step (s) of the air that a slow probe is carried through: half of it is how much later
-/// it reads.
+/// Longest step (s) of the air that a slow probe is carried through, by the mean of both its ends.
 const FINE_S: f64 = 0.02;
 
 impl Instrument {
@@ -141,7 +140,7 @@ impl Instrument {
         let mut readings = Readings::default();
         let mut noise = noise.map(|(noise, random)| (noise, Gust::new(random), random));
         // Clean and noisy, through both low-passes.
-        let mut held: Option<[[f64; 2]; 2]> = None;
+        let mut held: Option<[[[f64; 2]; 2]; 2]> = None;
         for i in 0..((end_s - 1.0) * self.rate_hz) as usize {
             let t_s = 1.0 + i as f64 * step_s;
             let mut now = [0.0; 2];
@@ -152,16 +151,16 @@ impl Instrument {
                     noise.turbulence * gust.at(at_s, noise.memory_s, random)
                 });
                 now = [clean, clean * (1.0 + gust)];
-                let state = held.get_or_insert([now, now]);
-                for (stage, lag_s) in lags_s.iter().enumerate() {
-                    let taken = if *lag_s > 0.0 {
-                        1.0 - (-fine_s / lag_s).exp()
-                    } else {
-                        1.0
-                    };
-                    for (held, now) in state[stage].iter_mut().zip(&mut now) {
-                        *held += taken * (*now - *held);
-                        *now = *held;
+                // What went in last and what came out, one stage after the other.
+                let state = held.get_or_insert([[now; 2]; 2]);
+                for (stage, lag_s) in lags_s.iter().enumerate().filter(|it| *it.1 > 0.0) {
+                    let taken = 1.0 - (-fine_s / lag_s).exp();
+                    let [went_in, held] = &mut state[stage];
+                    for k in 0..2 {
+                        let within = 0.5 * (went_in[k] + now[k]);
+                        went_in[k] = now[k];
+                        held[k] += taken * (within - held[k]);
+                        now[k] = held[k];
                     }
                 }
             }
