@@ -206,9 +206,11 @@ pub(super) fn mcap(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Opti
             return None;
         }
     }
+    bag.leave_strange();
     bag.tell(file, found);
     let mut campaign = campaign.clone();
-    if bag.has_imu {
+    let is_imu = |topic: &Topic| topic.of == "sensor_msgs/Imu" && topic.whose != Whose::Unknown;
+    if bag.channels.values().any(is_imu) {
         campaign
             .acceleration
             .get_or_insert(Acceleration::SpecificForceInBody);
@@ -266,6 +268,8 @@ pub(super) fn vehicles(mut bytes: &[u8]) -> Vec<String> {
 #[derive(Clone, Debug, PartialEq)]
 enum Whose {
     One(String),
+    /// The campaign's only vehicle's, unless other topics have it as a part.
+    Only(String),
     /// Said in each message.
     Named,
     Unknown,
@@ -298,6 +302,8 @@ struct Rows {
     stamped_ns: Vec<Option<i64>>,
     columns: Vec<Vec<f64>>,
     thinning: Thinning,
+    /// Whether a velocity was turned out of its body.
+    has_turned: bool,
 }
 
 struct Bag<'c> {
@@ -313,9 +319,6 @@ struct Bag<'c> {
     /// Which of the campaign's columns were found.
     found: Vec<bool>,
     messages: usize,
-    has_imu: bool,
-    /// Whether a velocity was turned out of its body.
-    has_turned: bool,
 }
 
 impl<'c> Bag<'c> {
@@ -329,8 +332,6 @@ impl<'c> Bag<'c> {
             strangers: BTreeMap::new(),
             found: vec![false; campaign.columns.0.len()],
             messages: 0,
-            has_imu: false,
-            has_turned: false,
         }
     }
 
@@ -430,7 +431,7 @@ impl<'c> Bag<'c> {
         let whose = match (at, vehicles.0.as_slice()) {
             _ if known.is_some_and(Known::is_named) => Whose::Named,
             (Some(at), _) => Whose::One(parts[at].to_owned()),
-            (None, [(only, _)]) => Whose::One(only.clone()),
+            (None, [(only, _)]) => Whose::Only(only.clone()),
             _ => Whose::Unknown,
         };
         let mut topic = Topic {
@@ -488,7 +489,6 @@ impl<'c> Bag<'c> {
             topic.wanted.push(path);
             topic.is.push(is);
         }
-        self.has_imu |= topic.of == "sensor_msgs/Imu" && topic.whose != Whose::Unknown;
         (channel.id, topic)
     }
 
@@ -545,7 +545,7 @@ impl<'c> Bag<'c> {
         let rank = topic.rank;
         for mut row in rows {
             let id = match (&topic.whose, row.name) {
-                (Whose::One(id), _) => id.as_str(),
+                (Whose::One(id) | Whose::Only(id), _) => id.as_str(),
                 (Whose::Named, Some(name)) => name.trim_start_matches('/'),
                 _ => continue,
             };
@@ -557,11 +557,11 @@ impl<'c> Bag<'c> {
             if row.values.iter().all(|value| value.is_nan()) {
                 continue;
             }
-            if !row.child.is_empty() && row.child != row.frame {
-                self.has_turned |= row.turn_velocity(roles);
-            }
             let key = (id.to_owned(), rank, channel);
             let rows = self.rows.entry(key).or_default();
+            if !row.child.is_empty() && row.child != row.frame {
+                rows.has_turned |= row.turn_velocity(roles);
+            }
             rows.columns.resize(width, Vec::new());
             if !rows.thinning.keeps() {
                 continue;
@@ -579,6 +579,26 @@ impl<'c> Bag<'c> {
                     .for_each(|column| thin(column, &keep));
             }
         }
+    }
+
+    /// Where the only vehicle is a part of some topics, the others are not its, but for those that
+    /// the campaign names in full.
+    fn leave_strange(&mut self) {
+        let mut topics = self.channels.values();
+        if !topics.any(|topic| matches!(topic.whose, Whose::One(_))) {
+            return;
+        }
+        let columns = &self.campaign.columns.0;
+        for topic in self.channels.values_mut() {
+            let begin = format!("{}.", topic.name);
+            let is_named = columns.iter().any(|(_, theirs)| theirs.starts_with(&begin));
+            if matches!(topic.whose, Whose::Only(_)) && !is_named {
+                topic.whose = Whose::Unknown;
+            }
+        }
+        let channels = &self.channels;
+        self.rows
+            .retain(|(.., channel), _| channels[channel].whose != Whose::Unknown);
     }
 
     /// What was met and is not used, or not as it stands.
@@ -635,7 +655,7 @@ impl<'c> Bag<'c> {
         for ((_, _, channel), rows) in &self.rows {
             rows.thinning.tell(&self.channels[channel].name, found);
         }
-        if self.has_turned {
+        if self.rows.values().any(|rows| rows.has_turned) {
             let message = "velocities of odometry are taken as in the frame of the body (REP 105) and turned into the world";
             found.remark(RemarkKind::Assumed, None, message);
         }

@@ -81,6 +81,19 @@ fn odometry_imu_battery_and_motors_of_a_packed_bag_are_those_that_were_written()
 }
 
 #[test]
+fn of_a_bag_of_several_the_only_vehicle_of_the_campaign_has_its_own_topics_alone() {
+    let mut campaign = campaign("");
+    campaign.vehicles.0.retain(|(id, _)| id == "cf2");
+    let recording = read_log("bag", "bag.mcap", FOXGLOVE, &campaign).expect("in order");
+    let [cf2] = &recording.vehicles[..] else {
+        panic!("one vehicle: {recording:?}");
+    };
+    assert!(cf2.track.position_m.iter().all(|at_m| at_m.z == 2.0));
+    let said = said(&recording);
+    assert!(said.contains("not used: `/cf1/imu`, `/cf1/odom`"), "{said}");
+}
+
+#[test]
 fn speeds_of_rotors_are_read_whatever_their_direction() {
     let recording = read(PLAIN, "").expect("in order");
     let track = &recording.vehicles[0].track;
