@@ -185,6 +185,10 @@ impl Known {
     }
 }
 
+/// Parts of topics that say where a vehicle shall be, not where it is: of RViz and Nav2, of MAVROS,
+/// of `mav_msgs` (`default_topics.h`). They are read last.
+const ASKED: [&str; 3] = ["goal_pose", "setpoint_position", "command"];
+
 /// Where most messages say when what they hold was so.
 const STAMP: [(&str, Is); 2] = [
     ("header.stamp.sec", Is::Seconds),
@@ -286,7 +290,8 @@ struct Topic {
     is: Vec<Is>,
     /// Roles of its columns.
     roles: Vec<Role>,
-    /// Place in [`KNOWN`]: what is read first where two topics say the same.
+    /// Place in [`KNOWN`], after all of them what is [`ASKED`]: what is read first where two topics
+    /// say the same.
     rank: usize,
     messages: usize,
     /// Messages that cannot be read, and why the first could not.
@@ -428,6 +433,10 @@ impl<'c> Bag<'c> {
         let tail = parts.get(tail..).unwrap_or_default().join("/");
         let rank = KNOWN.iter().position(|known| known.of == of);
         let known = rank.map(|rank| &KNOWN[rank]);
+        let later = match parts.iter().any(|part| ASKED.contains(part)) {
+            true => KNOWN.len() + 1,
+            false => 0,
+        };
         let whose = match (at, vehicles.0.as_slice()) {
             _ if known.is_some_and(Known::is_named) => Whose::Named,
             (Some(at), _) => Whose::One(parts[at].to_owned()),
@@ -442,7 +451,7 @@ impl<'c> Bag<'c> {
             wanted: Vec::new(),
             is: Vec::new(),
             roles: Vec::new(),
-            rank: rank.unwrap_or(KNOWN.len()),
+            rank: later + rank.unwrap_or(KNOWN.len()),
             messages: 0,
             broken: 0,
             why: "",
@@ -698,12 +707,14 @@ impl<'c> Bag<'c> {
             let mut in_time: Vec<usize> = (0..times_ns.len()).collect();
             in_time.sort_by_key(|&row| times_ns[row]);
             let since_s = |&row: &usize| times_ns[row].saturating_sub(start_ns) as f64 * 1e-9;
-            let roles = self.channels[&channel].roles.iter().copied();
+            let Topic { name, roles, .. } = &self.channels[&channel];
+            let roles = roles.iter().copied();
             // What no message of a topic holds is not there.
             let columns = roles.zip(rows.columns);
             let there = columns.filter(|(_, column)| !column.iter().all(|value| value.is_nan()));
             let sorted = |column: Vec<f64>| in_time.iter().map(|&row| column[row]).collect();
             streams.entry(id).or_default().push(Stream {
+                name: name.clone(),
                 t_s: in_time.iter().map(since_s).collect(),
                 columns: there.map(|(role, column)| (role, sorted(column))).collect(),
             });

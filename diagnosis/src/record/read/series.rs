@@ -1,8 +1,10 @@
 //! What a log holds in several streams, each with its own times, brought to the times of the
 //! position.
 
+use std::collections::btree_map::Entry;
+
 use super::columns::Role;
-use super::found::Found;
+use super::found::{Found, listed};
 use super::samples::Samples;
 use super::table::thin;
 use crate::record::remark::RemarkKind;
@@ -21,6 +23,8 @@ const SLOWEST_ROTORS_S: f64 = 0.11;
 /// Records that share their times: as many entries in every column, in SI.
 #[derive(Debug, Default)]
 pub(super) struct Stream {
+    /// Of its topic or message.
+    pub(super) name: String,
     pub(super) t_s: Vec<f64>,
     pub(super) columns: Vec<(Role, Vec<f64>)>,
 }
@@ -33,7 +37,7 @@ pub(super) struct Sources {
 }
 
 /// All streams of one vehicle at the times of the first that has a position; of two that say the
-/// same the first is used. `None` where no stream has a position.
+/// same the first is used, and the other is told. `None` where no stream has a position.
 pub(super) fn joined(
     id: &str,
     mut streams: Vec<Stream>,
@@ -43,7 +47,17 @@ pub(super) fn joined(
     let has_position =
         |stream: &Stream| (0..3).all(|axis| stream.column(Role::Position(axis)).is_some());
     let place = streams.iter().position(has_position)?;
-    let Stream { t_s, columns } = streams.remove(place);
+    let Stream { name, t_s, columns } = streams.remove(place);
+    let placed: Vec<&str> = (streams.iter().filter(|stream| has_position(stream)))
+        .map(|stream| &stream.name[..])
+        .collect();
+    if !placed.is_empty() {
+        let message = format!(
+            "its positions are those of `{name}`, not those of {}",
+            listed(placed)
+        );
+        found.remark(RemarkKind::Assumed, Some(id), message);
+    }
     let mut samples = Samples::default();
     samples.columns.extend(columns);
     let is_of_duty = |stream: &Stream| stream.column(Role::Duty(0)).is_some();
@@ -59,8 +73,16 @@ pub(super) fn joined(
             found.remark(RemarkKind::Unused, Some(id), message);
             continue;
         }
+        let mut is_used = stream.columns.is_empty() || has_position(&stream);
         for (role, column) in stream.at(&t_s) {
-            samples.columns.entry(role).or_insert(column);
+            if let Entry::Vacant(place) = samples.columns.entry(role) {
+                place.insert(column);
+                is_used = true;
+            }
+        }
+        if !is_used {
+            let message = format!("`{}` is not used: others say the same", stream.name);
+            found.remark(RemarkKind::Unused, Some(id), message);
         }
     }
     samples.columns.insert(Role::Time, t_s);
@@ -268,6 +290,7 @@ mod tests {
     #[test]
     fn between_two_angles_across_half_a_turn_is_between_them() {
         let stream = Stream {
+            name: String::new(),
             t_s: vec![0.0, 0.1],
             columns: vec![(Role::Angle(2), vec![3.1, -3.1])],
         };
@@ -278,6 +301,7 @@ mod tests {
     #[test]
     fn a_yaw_begins_within_a_turn_where_it_is_first_asked_for() {
         let stream = Stream {
+            name: String::new(),
             t_s: vec![0.0, 0.1, 0.2],
             columns: vec![(Role::Angle(2), vec![6.2, 0.1, 0.3])],
         };

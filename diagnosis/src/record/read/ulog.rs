@@ -113,6 +113,7 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
     let stream = |topic: &Topic, role: RoleOf, columns: Vec<Vec<f64>>| {
         let columns = columns.into_iter().enumerate();
         Stream {
+            name: topic.name.to_owned(),
             t_s: seconds(topic),
             columns: columns.map(|(axis, of)| (role(axis), of)).collect(),
         }
@@ -342,6 +343,7 @@ fn only_valid(
 /// One topic over time.
 #[derive(Debug, Default)]
 struct Topic {
+    name: &'static str,
     /// Time since the start of the autopilot (µs).
     t_us: Vec<f64>,
     /// In the order of [`READ`], each as long as the times; shorter where some record lacks it.
@@ -521,6 +523,7 @@ fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<
     if !topic.thinning.keeps() {
         return;
     }
+    topic.name = name;
     topic.fields.resize(wanted.len(), Vec::new());
     // Exact for the first 285 years after switching on.
     topic.t_us.push(t_us as f64);
@@ -593,6 +596,7 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
         let fields = fields.collect();
         let thinning = Thinning::default();
         let topic = Topic {
+            name,
             t_us,
             fields,
             thinning,
