@@ -93,8 +93,8 @@ pub(super) fn check(
         t_s,
     };
     let (mut keep, backward) = in_order(t_s);
-    let words = "left out: their time is missing, repeats or goes back";
-    log.tell(RemarkKind::Impossible, &backward, words);
+    let what = format!("left out: {OUT_OF_ORDER}");
+    log.tell(RemarkKind::Impossible, &backward, &what);
     let longest_step_s = steps(&keep, &mut log);
     let mut faulty: Vec<(&str, f64, Vec<usize>)> = Vec::new();
     keep.retain(|&row| {
@@ -200,9 +200,12 @@ pub(super) fn is_shuffled(t_s: &[f64]) -> bool {
     back > 4 && back as f64 > BACKWARD * t_s.len() as f64
 }
 
+/// Why rows are left out whose times do not rise.
+pub(super) const OUT_OF_ORDER: &str = "their time is missing, repeats or goes back";
+
 /// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the
 /// culprit, not all that follow it.
-fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
+pub(super) fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let (mut kept, mut left_out) = (Vec::with_capacity(t_s.len()), Vec::new());
     let mut last_s = f64::NEG_INFINITY;
     for (row, &time_s) in t_s.iter().enumerate() {
