@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::columns::Role;
+use super::columns::{Role, RoleOf};
 use super::conventions::Conventions;
 use super::found::{Found, RowRemarks};
 use super::samples::Samples;
@@ -131,6 +131,44 @@ pub(super) fn check(
     }
 }
 
+/// Where speeds of rotors tell the thrust, duty cycles and battery are not needed: with a value that
+/// cannot be they are left alone, not the rows.
+pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, found: &mut Found) {
+    let has = |role| samples.columns.contains_key(&role);
+    let is_felt = limits.acceleration.is_some() && has(Role::Acceleration(0));
+    if !has(Role::RotorSpeed(0)) || !is_felt && has(Role::Force(0)) {
+        return;
+    }
+    let spares: [(&str, RoleOf, usize); 2] = [
+        ("duty cycles", Role::Duty, 4),
+        ("battery voltage", |_| Role::Battery, 1),
+    ];
+    for (name, role, count) in spares {
+        let roles = || (0..count).map(role);
+        let columns: Vec<(Role, &[f64])> =
+            roles().map(|role| (role, samples.column(role))).collect();
+        let rows = 0..columns[0].1.len();
+        let is_faulty = |row: &usize| {
+            let mut values = columns.iter().map(|(role, column)| (*role, column[*row]));
+            values.any(|(role, value)| !value.is_finite() || of_value(role, value).is_some())
+        };
+        let faulty: Vec<usize> = rows.filter(is_faulty).collect();
+        let what = format!(
+            "without {name} or with some that cannot be: speeds of rotors stand for it, it is not used"
+        );
+        let mut log = RowRemarks {
+            found,
+            subject: Some(vehicle),
+            noun: "row",
+            t_s: samples.column(Role::Time),
+        };
+        log.tell(RemarkKind::Unused, &faulty, &what);
+        if !faulty.is_empty() {
+            roles().for_each(|role| drop(samples.columns.remove(&role)));
+        }
+    }
+}
+
 /// The first thing that is wrong with a row, in words, and the value at fault.
 fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'static str, f64)> {
     let columns = samples
@@ -141,10 +179,6 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
     if let Some((_, value)) = values.clone().find(|(_, value)| !value.is_finite()) {
         return Some(("a value is missing or not finite", value));
     }
-    let of_value = |(role, value)| {
-        let (possible, words) = possible(role)?;
-        (!possible.contains(&value)).then_some((words, value))
-    };
     let of_norm = || {
         let norm = norm(samples.group::<4>(Role::Quaternion)?, row);
         let words = "the quaternion's norm is not 1 within 2 %";
@@ -155,8 +189,16 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
         let words = "more than 0.2 m below the floor";
         (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some((words, z_m))
     };
-    let found = values.clone().find_map(of_value);
+    let found = values
+        .clone()
+        .find_map(|(role, value)| of_value(role, value));
     found.or_else(of_norm).or_else(of_floor)
+}
+
+/// What is wrong with a value, in words, and the value.
+fn of_value(role: Role, value: f64) -> Option<(&'static str, f64)> {
+    let (possible, words) = possible(role)?;
+    (!possible.contains(&value)).then_some((words, value))
 }
 
 /// What a drone's values lie within, and in words what others are; `None`: they may be anything.

@@ -128,6 +128,28 @@ fn rows_with_values_that_cannot_be_are_left_out_counted_and_told() {
 }
 
 #[test]
+fn where_rotors_tell_the_thrust_a_spoilt_battery_costs_no_row() {
+    let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
+    for (from, to, has) in [("3.9", "0", [true, false]), ("0.5", "1.5", [false, true])] {
+        let spoilt = log(&[(20, &format!(",{from}"), &format!(",{to}"))]);
+        let rows = spoilt
+            .replace(HEADER, "")
+            .replace('\n', ",20000,20000,20000,20000\n");
+        let recording = read(&format!("{header}{rows}"));
+        let track = &recording.vehicles[0].track;
+        assert_eq!(track.t_s.len(), 50);
+        assert_eq!([track.duty.is_some(), track.battery_v.is_some()], has);
+        let remark = on_a(&recording)[0];
+        assert!(
+            remark.message.ends_with("it is not used"),
+            "{}",
+            remark.message
+        );
+        assert_eq!((remark.samples, remark.span_s), (1, Some((0.4, 0.4))));
+    }
+}
+
+#[test]
 fn times_that_repeat_or_go_back_are_left_out_and_one_leap_does_not_take_the_rest_with_it() {
     for (at, from, to) in [
         (10, "0.200", "0.180"),
