@@ -150,6 +150,24 @@ fn where_rotors_tell_the_thrust_a_spoilt_battery_costs_no_row() {
 }
 
 #[test]
+fn columns_that_others_stand_for_are_told() {
+    let header = HEADER.replace("vbat_v", "vbat_v,thrust_n,rpm1,rpm2,rpm3,rpm4,roll_deg");
+    let rows = log(&[]).replace(HEADER, "");
+    let rows = rows.replace('\n', ",0.3,20000,20000,20000,20000,0\n");
+    let recording = read(&format!("{header}{rows}"));
+    let said: Vec<&str> = (on_a(&recording).iter())
+        .map(|remark| &remark.message[..])
+        .collect();
+    assert_eq!(
+        said,
+        [
+            "roll, pitch and yaw are not used: there is a quaternion",
+            "its force is told by speeds of rotors, not by duty cycles, thrust",
+        ]
+    );
+}
+
+#[test]
 fn times_that_repeat_or_go_back_are_left_out_and_one_leap_does_not_take_the_rest_with_it() {
     for (at, from, to) in [
         (10, "0.200", "0.180"),
