@@ -19,7 +19,7 @@ use super::campaign::Campaign;
 use super::columns::{Role, RoleOf};
 use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
-use super::found::{Found, GPS_WITHIN_S, Start};
+use super::found::{Found, GPS_WITHIN_S, RowRemarks, Start};
 use super::log::Log;
 use super::origin::Origin;
 use super::samples::Samples;
@@ -129,7 +129,9 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
     continued(id, position, &mut position_m, found);
     found.origin = origin(position, &position_m);
     let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
-    only_valid(id, position, (&mut position_m, &mut velocity_mps), found);
+    let t_s = seconds(position);
+    let both = (&mut position_m[..], &mut velocity_mps);
+    only_valid(id, position, &t_s, both, found);
     let mut place = stream(position, Role::Position, position_m);
     let velocity_mps = velocity_mps.into_iter().flatten().enumerate();
     (place.columns).extend(velocity_mps.map(|(axis, of)| (Role::Velocity(axis), of)));
@@ -310,6 +312,7 @@ fn origin(topic: &Topic, continued_m: &[Vec<f64>]) -> Option<Origin> {
 fn only_valid(
     id: &str,
     topic: &Topic,
+    t_s: &[f64],
     (position_m, velocity_mps): (&mut [Vec<f64>], &mut Option<Vec<Vec<f64>>>),
     found: &mut Found,
 ) {
@@ -334,9 +337,24 @@ fn only_valid(
             }
             continue;
         }
-        let rows = position_m[axis].iter_mut().zip(valid.unwrap_or_default());
-        let untrusted = rows.filter(|(_, valid)| **valid == 0.0);
-        untrusted.for_each(|(m, _)| *m = f64::NAN);
+        let valid = valid.unwrap_or_default();
+        let is_untrusted = |row: &usize| valid[*row] == 0.0;
+        let untrusted: Vec<usize> = (0..valid.len()).filter(is_untrusted).collect();
+        untrusted
+            .iter()
+            .for_each(|&row| position_m[axis][row] = f64::NAN);
+        let what = match axis {
+            0 => "whose horizontal position the estimator says is not valid",
+            2 => "whose height the estimator says is not valid",
+            _ => continue, // with the other
+        };
+        let mut log = RowRemarks {
+            found,
+            subject: Some(id),
+            noun: "row",
+            t_s,
+        };
+        log.tell(RemarkKind::Impossible, &untrusted, what);
     }
 }
 

@@ -167,6 +167,7 @@ fn a_log_of_px4_reads_into_north_west_up() {
         said,
         [
             "2 records of battery_status 1 are not used: another instance is",
+            "1 row whose horizontal position the estimator says is not valid",
             "1 row left out: a value is missing or not finite (first NaN)",
         ]
     );
