@@ -263,6 +263,17 @@ pub(super) fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
     (kept, left_out)
 }
 
+fn longest_of_median_s(median_s: f64) -> f64 {
+    (GAP_OVER_MEDIAN * median_s).max(GAP_S)
+}
+
+/// The longest step of some times that is no gap (s).
+pub(super) fn longest_step_s(t_s: &[f64]) -> f64 {
+    let steps_s = t_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let median_s = median(&mut steps_s.collect::<Vec<_>>());
+    median_s.map_or(GAP_S, longest_of_median_s)
+}
+
 /// Gaps and uneven steps; returns the longest step that is no gap.
 fn steps(keep: &[usize], log: &mut RowRemarks<'_>) -> f64 {
     let t_s = log.t_s;
@@ -272,7 +283,7 @@ fn steps(keep: &[usize], log: &mut RowRemarks<'_>) -> f64 {
     let Some(median_s) = median(&mut all_s) else {
         return GAP_S;
     };
-    let longest_step_s = (GAP_OVER_MEDIAN * median_s).max(GAP_S);
+    let longest_step_s = longest_of_median_s(median_s);
     let is_gap = |(_, step_s): &(usize, f64)| *step_s > longest_step_s;
     let (gaps, mut uneven): (Vec<_>, Vec<_>) = steps.into_iter().partition(is_gap);
     if let Some((row, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {

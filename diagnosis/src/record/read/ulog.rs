@@ -16,6 +16,7 @@ use px4_ulog::stream_parser::model::{
 use px4_ulog::stream_parser::{DataMessage, LogParser};
 
 use super::campaign::Campaign;
+use super::checks::longest_step_s;
 use super::columns::{Role, RoleOf};
 use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
@@ -126,12 +127,12 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         .filter_map(first)
         .find_map(|gps| starts(gps, start_us));
     let mut position_m = position_m.to_vec();
-    continued(id, position, &mut position_m, found);
+    let t_s = seconds(position);
+    continued(id, (position, &t_s), &mut position_m, found);
     found.origin = origin(position, &position_m);
     let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
-    let t_s = seconds(position);
     let both = (&mut position_m[..], &mut velocity_mps);
-    only_valid(id, position, &t_s, both, found);
+    only_valid(id, (position, &t_s), both, found);
     let mut place = stream(position, Role::Position, position_m);
     let velocity_mps = velocity_mps.into_iter().flatten().enumerate();
     (place.columns).extend(velocity_mps.map(|(axis, of)| (Role::Velocity(axis), of)));
@@ -253,17 +254,31 @@ fn motors<'t>(
 
 /// Positions across resets of the local origin, which move it at once: every later one moved back,
 /// so that the flight is one.
-fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut Found) {
+/// Of several between two rows the log holds the last alone.
+fn continued(
+    id: &str,
+    (topic, t_s): (&Topic, &[f64]),
+    position_m: &mut [Vec<f64>],
+    found: &mut Found,
+) {
+    // Twice as long as the longest step, to be a gap whatever else is left out.
+    let hole_s = 2.0 * longest_step_s(t_s);
     // `xy_reset_counter`, `delta_xy`, `z_reset_counter`, `delta_z`.
     for (counter, deltas, axes) in [(8..9, 9..11, 0..2), (11..12, 12..13, 2..3)] {
         let Some(([counter], deltas)) = topic.whole(counter).zip(topic.whole(deltas)) else {
             continue;
         };
-        let mut resets = 0;
+        let mut resets = 0.0;
+        let mut in_part: Vec<usize> = Vec::new();
         let mut offsets_m = vec![0.0; axes.len()];
         for row in 1..counter.len() {
-            if counter[row] != counter[row - 1] {
-                resets += 1;
+            // Eight bits.
+            let steps = (counter[row] - counter[row - 1]).rem_euclid(256.0);
+            if steps > 0.0 {
+                resets += steps;
+                if steps > 1.0 {
+                    in_part.push(row);
+                }
                 let moved = offsets_m.iter_mut().zip(deltas);
                 moved.for_each(|(offset_m, delta_m)| *offset_m += delta_m[row]);
             }
@@ -271,7 +286,14 @@ fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut F
                 position_m[axis][row] -= offset_m;
             }
         }
-        if resets > 0 {
+        for &row in &in_part {
+            let near = |at: &usize| t_s[*at] - t_s[row - 1] <= hole_s;
+            for at in (row..t_s.len()).take_while(near) {
+                axes.clone()
+                    .for_each(|axis| position_m[axis][at] = f64::NAN);
+            }
+        }
+        if resets > 0.0 {
             let what = match axes.len() {
                 2 => "horizontally",
                 _ => "vertically",
@@ -280,6 +302,16 @@ fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut F
                 "the estimator moved its origin {what} {resets} times: what follows is moved back"
             );
             found.remark(RemarkKind::Assumed, Some(id), message);
+            let mut log = RowRemarks {
+                found,
+                subject: Some(id),
+                noun: "row",
+                t_s,
+            };
+            let what = format!(
+                "before which the estimator moved its origin {what} more than once: all but the last is not known, what follows is off by it, and a gap is made there"
+            );
+            log.tell(RemarkKind::Gap, &in_part, &what);
         }
     }
 }
@@ -311,8 +343,7 @@ fn origin(topic: &Topic, continued_m: &[Vec<f64>]) -> Option<Origin> {
 /// vehicle is taken to stay at one place.
 fn only_valid(
     id: &str,
-    topic: &Topic,
-    t_s: &[f64],
+    (topic, t_s): (&Topic, &[f64]),
     (position_m, velocity_mps): (&mut [Vec<f64>], &mut Option<Vec<Vec<f64>>>),
     found: &mut Found,
 ) {
