@@ -141,7 +141,7 @@ pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, 
     }
     let spares: [(&str, RoleOf, usize); 2] = [
         ("duty cycles", Role::Duty, 4),
-        ("battery voltage", |_| Role::Battery, 1),
+        ("a battery voltage", |_| Role::Battery, 1),
     ];
     for (name, role, count) in spares {
         let roles = || (0..count).map(role);
@@ -153,9 +153,8 @@ pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, 
             values.any(|(role, value)| !value.is_finite() || of_value(role, value).is_some())
         };
         let faulty: Vec<usize> = rows.filter(is_faulty).collect();
-        let what = format!(
-            "without {name} or with some that cannot be: speeds of rotors stand for it, it is not used"
-        );
+        let what =
+            format!("without {name} that can be: not used, for speeds of rotors tell the thrust");
         let mut log = RowRemarks {
             found,
             subject: Some(vehicle),
@@ -252,7 +251,9 @@ pub(super) fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let mut last_s = f64::NEG_INFINITY;
     for (row, &time_s) in t_s.iter().enumerate() {
         let next_s = t_s.get(row + 1).copied();
-        let leaps = next_s.is_some_and(|next_s| next_s < time_s && next_s > last_s && row > 0);
+        // Of the first two the first is it if the third lies before it, too.
+        let is_ahead = row > 0 || t_s.get(2).is_some_and(|third_s| *third_s < time_s);
+        let leaps = next_s.is_some_and(|next_s| next_s < time_s && next_s > last_s && is_ahead);
         if time_s.is_finite() && time_s > last_s && !leaps {
             last_s = time_s;
             kept.push(row);
