@@ -93,7 +93,7 @@ pub struct Course {
     pub pieces: Vec<Piece>,
     /// It stands on something until it first moves.
     pub starts_landed: bool,
-    /// It ends on something.
+    /// It ends on something, where it never left it too.
     pub lands: bool,
     /// It is not there before (s): its course holds its first place until then.
     pub enters_s: Option<f64>,
@@ -186,11 +186,14 @@ pub fn of(drone: &DronePlan) -> Result<Course, CourseError> {
         // It stays where it is: a second of that is its course.
         pieces.push(Piece::straight(0.0, 1.0, [first_m; 2]));
     }
+    let starts_landed = drone.at_start == AtStart::Landed;
+    let mut places_m = pieces.iter().flat_map(|it| &it.points_m);
+    let stays = places_m.all(|at_m| (at_m - first_m).norm() <= SAME_PLACE_M);
     Ok(Course {
         name: drone.name.clone(),
         pieces,
-        starts_landed: drone.at_start == AtStart::Landed,
-        lands: drone.at_end == AtEnd::Land,
+        starts_landed,
+        lands: drone.at_end == AtEnd::Land || starts_landed && stays,
         enters_s: drone.enters_s.filter(|it| *it > 0.0),
         leaves: drone.at_end == AtEnd::Leave,
         changes_mass: entry.mass_kg.iter().any(|it| *it != entry.mass_kg[0]),

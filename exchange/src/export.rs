@@ -694,8 +694,14 @@ fn write_qgc(
     let mut written = Written::default();
     let limit = (mission::MOST_ITEMS, "items of a mission");
     let mut wait_landed: Vec<&str> = Vec::new();
+    let mut parked: Vec<&str> = Vec::new();
     for (course, stem) in courses.iter().zip(stems) {
         let mission = Mission::of(course, plan.bounds_m.min.z);
+        if mission.is_empty() {
+            parked.push(&course.name);
+            written.files.push(Vec::new());
+            continue;
+        }
         written.takes(&course.name, mission.len(), limit);
         if mission.len() > mission::MOST_ITEMS {
             let (count, most) = (mission.len(), mission::MOST_ITEMS);
@@ -725,6 +731,8 @@ fn write_qgc(
     written.lost.push(home.to_owned());
     let waits = "waits on the ground in the plan, takes off at once here";
     written.lost.extend(of_some(waits, &wait_landed));
+    let parked = of_some("never leaves the ground, has no mission", &parked);
+    written.lost.extend(parked);
     written.untimed = Some(untimed);
     written
 }

@@ -625,6 +625,28 @@ fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_wha
 }
 
 #[test]
+fn who_never_leaves_the_ground_has_no_mission_and_does_not_end_hovering() {
+    let hops = json!({"t_s": [0, 3, 6], "position_m": [[20, 9, 0], [20, 9, 1.5], [20, 9, 0]]});
+    let parked = json!({"t_s": [0], "position_m": [[4, 9, 0]]});
+    let mut plan = fleet(&[("hops", hops), ("parked", parked)]);
+    for drone in [0, 1] {
+        plan["drones"][drone]["at_start"] = "landed".into();
+    }
+    plan["drones"][0]["at_end"] = "land".into();
+    let desk = desk(&plan);
+    let folder = desk.path();
+    let line = "export plan.json --to qgc --georeference 47.4,8.55,488,90 --untimed-ok --out q";
+    let (code, told, errors) = run(folder, line);
+    assert_eq!(code, Some(0), "{told}{errors}");
+    let parked = "never leaves the ground, has no mission: `parked`";
+    assert!(told.contains(parked), "{told}");
+    assert!(folder.join("q/hops.plan").exists() && !folder.join("q/parked.plan").exists());
+    let (code, told, errors) = run(folder, "export plan.json --to skybrush --out s");
+    assert_eq!(code, Some(0), "{told}{errors}");
+    assert!(!told.contains("end hovering"), "{told}");
+}
+
+#[test]
 fn no_scenarios_name_leads_out_of_the_folder_of_a_command() {
     for scenario in ["/elsewhere", "..", "../../../up", "a/b"] {
         let desk = tempfile::tempdir().unwrap();

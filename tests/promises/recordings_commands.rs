@@ -119,6 +119,33 @@ fn a_recording_is_simulated_sample_by_sample_and_its_report_opens_offline() {
 }
 
 #[test]
+fn a_thrust_map_of_speeds_of_rotors_speaks_of_them_and_an_exact_one_leaves_nothing() {
+    let desk = tempfile::tempdir().unwrap();
+    let mut log = String::from(
+        "t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,qx,qy,qz,qw,rpm1,rpm2,rpm3,rpm4\n",
+    );
+    for tick in 0..2000 {
+        let t_s = f64::from(tick) * 0.01;
+        let (sine, cosine) = (2.0 * t_s).sin_cos();
+        let (z_m, vz_mps, az_mps2) = (1.5 - 0.1 * sine, -0.2 * cosine, 9.81 + 0.4 * sine);
+        let rpm = 20_000.0 * (az_mps2 / 9.81).sqrt();
+        log += &format!(
+            "{t_s},0,0,{z_m},0,0,{vz_mps},0,0,{az_mps2},0,0,0,1,{rpm},{rpm},{rpm},{rpm}\n"
+        );
+    }
+    fs::write(desk.path().join("log.csv"), log).unwrap();
+    let campaign = r#"(name: "c", air: (temperature_c: 20), acceleration: SpecificForceInWorld, types: { "s": (
+        mass_kg: Stated(0.034), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092),
+        rotor_offset_m: Stated((0, 0, 0))) }, vehicles: { "a": "s" })"#;
+    fs::write(desk.path().join("campaign.ron"), campaign).unwrap();
+    let output = plan(desk.path(), &["simulate", "log.csv", "--out", "o"]);
+    let (code, told, errors) = texts(&output);
+    assert_eq!(code, 0, "{errors}");
+    let map = "lag 0 ms; leaves 0.0000 N rms of 2000 rows in 1 flights; for tips of rotors at 0.14 to 0.14 of the speed of sound";
+    assert!(told.contains(map), "{told}");
+}
+
+#[test]
 fn diagnose_tells_the_remarks_that_simulate_tells_and_what_to_measure_next() {
     let desk = tempfile::tempdir().unwrap();
     // A probe that stands still for twenty readings.

@@ -403,7 +403,7 @@ impl<'a> Bench<'a> {
         Ok(Identification {
             standard_errors_n: solved.standard_errors(&grams, &flights),
             lag_standard_error_s,
-            scatter_n: (solved.square_n2 / batteries_v.len() as f64).sqrt(),
+            scatter_n: (solved.square_n2.max(0.0) / batteries_v.len() as f64).sqrt(),
             offset_n: map.offset_n(),
             battery_per_v: map.battery_sensitivity_per_v(middle_duty, middle_v),
             battery_range_v: [quantile(&batteries_v, 0.0), quantile(&batteries_v, 1.0)],

@@ -84,7 +84,10 @@ impl Mission {
                 }
             }
         }
-        let mut items = Vec::new();
+        if course.starts_landed {
+            climbs_first(&mut lines, start_m);
+        }
+        let mut items: Vec<Item> = Vec::new();
         for (hold_s, line) in &lines {
             let mut kept = corners(line).into_iter();
             if let Some(at_m) = kept.next() {
@@ -106,33 +109,31 @@ impl Mission {
             };
             items.extend(kept.map(waypoint));
         }
-        // It begins with a climb over its home; one that stands climbs as far as it does straight.
-        let takes_off = course.starts_landed && items.len() > 1;
-        let waits_landed = takes_off && items[0].hold_s > 0.0;
-        if takes_off && (items[1].at_m.xy() - start_m.xy()).norm() < LINE_M {
-            items.remove(0);
-        } else if course.starts_landed {
-            items[0].hold_s = 0.0;
-        }
-        // Waypoints alone hold: the first parameter of a take-off is a pitch, that of a landing the
-        // height at which it is broken off.
-        let (at_m, hold_s) = (items[0].at_m, items[0].hold_s);
-        (items[0].command, items[0].hold_s) = (TAKEOFF, 0.0);
-        if hold_s > 0.0 {
-            let stay = Item {
-                command: WAYPOINT,
-                hold_s,
-                at_m,
-            };
-            items.insert(1, stay);
-        }
-        if let Some(last) = items.last_mut().filter(|_| course.lands) {
-            (last.command, last.hold_s) = (LAND, 0.0);
-        }
+        // It begins with a climb over its home.
         let home_z_m = match course.starts_landed {
             true => start_m.z,
             false => floor_m,
         };
+        let is_up = |it: &Item| it.at_m.z - home_z_m > LINE_M;
+        let first = items.iter().position(is_up).unwrap_or(items.len());
+        let waits_landed = items.drain(..first).any(|it| it.hold_s > 0.0);
+        // Waypoints alone hold: the first parameter of a take-off is a pitch, that of a landing the
+        // height at which it is broken off.
+        if let Some(first) = items.first_mut() {
+            let (at_m, hold_s) = (first.at_m, first.hold_s);
+            (first.command, first.hold_s) = (TAKEOFF, 0.0);
+            if hold_s > 0.0 {
+                let stay = Item {
+                    command: WAYPOINT,
+                    hold_s,
+                    at_m,
+                };
+                items.insert(1, stay);
+            }
+        }
+        if let Some(last) = items.last_mut().filter(|_| course.lands) {
+            (last.command, last.hold_s) = (LAND, 0.0);
+        }
         Mission {
             items,
             home_m: Point3::new(start_m.x, start_m.y, home_z_m),
@@ -153,7 +154,7 @@ impl Mission {
         self.items.len()
     }
 
-    /// It has none.
+    /// It has none: it never leaves the ground.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
@@ -239,6 +240,19 @@ impl Mission {
     }
 }
 
+/// One that stands climbs as far as it does straight: there its first line is cut in two.
+fn climbs_first(lines: &mut Vec<(f64, Vec<Point3<f64>>)>, start_m: Point3<f64>) {
+    let (_, line) = &mut lines[0];
+    let is_over = |at_m: &&Point3<f64>| (at_m.xy() - start_m.xy()).norm() < LINE_M;
+    let over = line.iter().take_while(is_over).enumerate();
+    let Some((top, _)) = over.max_by(|a, b| a.1.z.total_cmp(&b.1.z)) else {
+        return;
+    };
+    let rest = line[top..].to_vec();
+    line.truncate(top + 1);
+    lines.insert(1, (0.0, rest));
+}
+
 fn ms(hold_s: f64) -> f64 {
     (hold_s * 1e3).round() / 1e3
 }
@@ -311,5 +325,33 @@ mod tests {
         let expected = [(TAKEOFF, 0.0, up), (WAYPOINT, 5.0, far), (LAND, 0.0, down)];
         assert_eq!(told, expected);
         assert_eq!(mission.home_m, ground);
+    }
+
+    #[test]
+    fn who_bends_aside_as_it_climbs_takes_off_to_where_it_still_climbs_straight() {
+        let place = Point3::new;
+        let [ground, up, aside] = [
+            place(1.0, 2.0, 0.1),
+            place(1.0, 2.0, 1.0),
+            place(3.0, 2.0, 2.0),
+        ];
+        let bend = Piece {
+            from_s: 2.0,
+            until_s: 5.0,
+            points_m: [up, place(1.0, 2.0, 1.5), place(1.0, 2.0, 2.0), aside],
+            is_straight: false,
+        };
+        let climb = Piece::straight(0.0, 2.0, [ground, up]);
+        let mission = Mission::of(&course(vec![climb, bend]), 0.0);
+        let first = &mission.items[0];
+        assert_eq!(first.command, TAKEOFF);
+        assert!((first.at_m.xy() - ground.xy()).norm() < LINE_M);
+        assert!(first.at_m.z >= up.z, "{}", first.at_m);
+    }
+
+    #[test]
+    fn who_never_leaves_the_ground_has_no_mission() {
+        let stays = Piece::straight(0.0, 2.0, [Point3::new(1.0, 2.0, 0.1); 2]);
+        assert!(Mission::of(&course(vec![stays]), 0.0).is_empty());
     }
 }

@@ -20,6 +20,9 @@ pub(super) const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
 #[derive(Serialize)]
 pub(crate) struct Map {
     pub(crate) airframe: String,
+    /// What it takes.
+    #[serde(skip)]
+    pub(crate) source: ThrustSource,
     /// Whether only an offset was added to a map that the metadata state.
     pub(crate) offset_only: bool,
     #[serde(flatten)]
@@ -35,43 +38,58 @@ impl Map {
         };
         let [low, high] = found.map.duty_range();
         let [least_v, most_v] = found.battery_range_v;
+        let outside = format!("({} rows outside)", found.rows_outside);
+        let (battery, range) = match self.source {
+            ThrustSource::DutyCycle => (
+                format!(", {:+.1} % thrust a volt", 100.0 * found.battery_per_v),
+                format!(
+                    "duty cycles {low:.2} to {high:.2} {outside} and {least_v:.2} to {most_v:.2} V"
+                ),
+            ),
+            ThrustSource::RotorSpeed => (
+                String::new(),
+                format!("tips of rotors at {low:.2} to {high:.2} of the speed of sound {outside}"),
+            ),
+            ThrustSource::Thrust | ThrustSource::ReadyForce => {
+                (String::new(), format!("thrust as logged {outside}"))
+            }
+        };
         format!(
-            "{}: {kind}, {:+.4} N at rest, lag {:.0} ms, {:+.1} % thrust a volt; leaves {:.4} N rms of {} rows in {} flights; for duty cycles {low:.2} to {high:.2} ({} rows outside) and {least_v:.2} to {most_v:.2} V",
+            "{}: {kind}, {:+.4} N at rest, lag {:.0} ms{battery}; leaves {:.4} N rms of {} rows in {} flights; for {range}",
             self.airframe,
             found.offset_n,
             1000.0 * found.map.lag_s(),
-            100.0 * found.battery_per_v,
             found.scatter_n,
             found.rows,
             found.flights,
-            found.rows_outside,
         )
     }
 }
 
-/// Identifies a thrust map for every airframe that logs specific force and duty cycle, over all
-/// recordings, and gives it to its drones. Where that fails the recordings say so, and keep the map
+/// Identifies a thrust map for every airframe that logs specific force and what tells its thrust,
+/// over all recordings, and gives it to its drones. Where that fails the recordings say so, and keep the map
 /// that their metadata state, if any.
 pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
-    let mut members_of: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
+    let mut members_of: BTreeMap<(String, ThrustSource), Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {
         for (vehicle, drone) in of.vehicles.iter().enumerate() {
             let source = drone.track.thrust_source();
-            let needs_one = source.is_some_and(|source| source != ThrustSource::ReadyForce);
-            if needs_one && drone.track.specific_force_mps2.is_some() {
-                let members = members_of.entry(drone.airframe.name().to_owned());
+            if let Some(source) = source.filter(|source| *source != ThrustSource::ReadyForce)
+                && drone.track.specific_force_mps2.is_some()
+            {
+                let members = members_of.entry((drone.airframe.name().to_owned(), source));
                 members.or_default().push((recording, vehicle));
             }
         }
     }
     let progress = Progress::start("identifying thrust maps", members_of.len());
     let mut maps = Vec::new();
-    for (airframe, members) in members_of {
+    for ((airframe, source), members) in members_of {
         progress.done_one();
+        let is_of_duty = source == ThrustSource::DutyCycle;
         let stated = members.iter().find_map(|&(recording, vehicle)| {
             let of = &recordings[recording].vehicles[vehicle];
-            let is_its = of.track.thrust_source() == Some(ThrustSource::DutyCycle);
-            of.thrust_map.clone().filter(|_| is_its)
+            of.thrust_map.clone().filter(|_| is_of_duty)
         });
         let mut options = Options {
             low_pass: LOW_PASS,
@@ -99,6 +117,7 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
         }
         maps.push(Map {
             airframe,
+            source,
             offset_only: stated.is_some(),
             identification,
         });

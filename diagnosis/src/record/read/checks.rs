@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::columns::Role;
+use super::columns::{Role, RoleOf};
 use super::conventions::Conventions;
 use super::found::{Found, RowRemarks};
 use super::samples::Samples;
@@ -93,8 +93,8 @@ pub(super) fn check(
         t_s,
     };
     let (mut keep, backward) = in_order(t_s);
-    let words = "left out: their time is missing, repeats or goes back";
-    log.tell(RemarkKind::Impossible, &backward, words);
+    let what = format!("left out: {OUT_OF_ORDER}");
+    log.tell(RemarkKind::Impossible, &backward, &what);
     let longest_step_s = steps(&keep, &mut log);
     let mut faulty: Vec<(&str, f64, Vec<usize>)> = Vec::new();
     keep.retain(|&row| {
@@ -131,6 +131,43 @@ pub(super) fn check(
     }
 }
 
+/// Where speeds of rotors tell the thrust, duty cycles and battery are not needed: with a value that
+/// cannot be they are left alone, not the rows.
+pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, found: &mut Found) {
+    let has = |role| samples.columns.contains_key(&role);
+    let is_felt = limits.acceleration.is_some() && has(Role::Acceleration(0));
+    if !has(Role::RotorSpeed(0)) || !is_felt && has(Role::Force(0)) {
+        return;
+    }
+    let spares: [(&str, RoleOf, usize); 2] = [
+        ("duty cycles", Role::Duty, 4),
+        ("a battery voltage", |_| Role::Battery, 1),
+    ];
+    for (name, role, count) in spares {
+        let roles = || (0..count).map(role);
+        let columns: Vec<(Role, &[f64])> =
+            roles().map(|role| (role, samples.column(role))).collect();
+        let rows = 0..columns[0].1.len();
+        let is_faulty = |row: &usize| {
+            let mut values = columns.iter().map(|(role, column)| (*role, column[*row]));
+            values.any(|(role, value)| !value.is_finite() || of_value(role, value).is_some())
+        };
+        let faulty: Vec<usize> = rows.filter(is_faulty).collect();
+        let what =
+            format!("without {name} that can be: not used, for speeds of rotors tell the thrust");
+        let mut log = RowRemarks {
+            found,
+            subject: Some(vehicle),
+            noun: "row",
+            t_s: samples.column(Role::Time),
+        };
+        log.tell(RemarkKind::Unused, &faulty, &what);
+        if !faulty.is_empty() {
+            roles().for_each(|role| drop(samples.columns.remove(&role)));
+        }
+    }
+}
+
 /// The first thing that is wrong with a row, in words, and the value at fault.
 fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'static str, f64)> {
     let columns = samples
@@ -141,10 +178,6 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
     if let Some((_, value)) = values.clone().find(|(_, value)| !value.is_finite()) {
         return Some(("a value is missing or not finite", value));
     }
-    let of_value = |(role, value)| {
-        let (possible, words) = possible(role)?;
-        (!possible.contains(&value)).then_some((words, value))
-    };
     let of_norm = || {
         let norm = norm(samples.group::<4>(Role::Quaternion)?, row);
         let words = "the quaternion's norm is not 1 within 2 %";
@@ -155,8 +188,16 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
         let words = "more than 0.2 m below the floor";
         (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some((words, z_m))
     };
-    let found = values.clone().find_map(of_value);
+    let found = values
+        .clone()
+        .find_map(|(role, value)| of_value(role, value));
     found.or_else(of_norm).or_else(of_floor)
+}
+
+/// What is wrong with a value, in words, and the value.
+fn of_value(role: Role, value: f64) -> Option<(&'static str, f64)> {
+    let (possible, words) = possible(role)?;
+    (!possible.contains(&value)).then_some((words, value))
 }
 
 /// What a drone's values lie within, and in words what others are; `None`: they may be anything.
@@ -200,14 +241,19 @@ pub(super) fn is_shuffled(t_s: &[f64]) -> bool {
     back > 4 && back as f64 > BACKWARD * t_s.len() as f64
 }
 
+/// Why rows are left out whose times do not rise.
+pub(super) const OUT_OF_ORDER: &str = "their time is missing, repeats or goes back";
+
 /// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the
 /// culprit, not all that follow it.
-fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
+pub(super) fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let (mut kept, mut left_out) = (Vec::with_capacity(t_s.len()), Vec::new());
     let mut last_s = f64::NEG_INFINITY;
     for (row, &time_s) in t_s.iter().enumerate() {
         let next_s = t_s.get(row + 1).copied();
-        let leaps = next_s.is_some_and(|next_s| next_s < time_s && next_s > last_s && row > 0);
+        // Of the first two the first is it if the third lies before it, too.
+        let is_ahead = row > 0 || t_s.get(2).is_some_and(|third_s| *third_s < time_s);
+        let leaps = next_s.is_some_and(|next_s| next_s < time_s && next_s > last_s && is_ahead);
         if time_s.is_finite() && time_s > last_s && !leaps {
             last_s = time_s;
             kept.push(row);
@@ -216,6 +262,17 @@ fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
         }
     }
     (kept, left_out)
+}
+
+fn longest_of_median_s(median_s: f64) -> f64 {
+    (GAP_OVER_MEDIAN * median_s).max(GAP_S)
+}
+
+/// The longest step of some times that is no gap (s).
+pub(super) fn longest_step_s(t_s: &[f64]) -> f64 {
+    let steps_s = t_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let median_s = median(&mut steps_s.collect::<Vec<_>>());
+    median_s.map_or(GAP_S, longest_of_median_s)
 }
 
 /// Gaps and uneven steps; returns the longest step that is no gap.
@@ -227,7 +284,7 @@ fn steps(keep: &[usize], log: &mut RowRemarks<'_>) -> f64 {
     let Some(median_s) = median(&mut all_s) else {
         return GAP_S;
     };
-    let longest_step_s = (GAP_OVER_MEDIAN * median_s).max(GAP_S);
+    let longest_step_s = longest_of_median_s(median_s);
     let is_gap = |(_, step_s): &(usize, f64)| *step_s > longest_step_s;
     let (gaps, mut uneven): (Vec<_>, Vec<_>) = steps.into_iter().partition(is_gap);
     if let Some((row, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {

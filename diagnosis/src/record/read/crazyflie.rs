@@ -64,7 +64,9 @@ pub(super) fn completed<'c>(campaign: &'c Campaign, header: &[String]) -> Cow<'c
     known.extend(columns.iter().filter_map(|(ours, _)| means(ours)));
     let (mut is_acceleration, mut is_pitch) = (false, false);
     for (ours, theirs) in NAMES {
-        is_acceleration |= columns.iter().any(|of| of.1 == theirs) && theirs.starts_with("acc.");
+        let is_named = columns.iter().any(|of| of.1 == theirs);
+        is_acceleration |= is_named && theirs.starts_with("acc.");
+        is_pitch |= is_named && theirs == "stateEstimate.pitch";
         let Some(role) = means(ours).filter(|role| is_there(theirs) && !known.contains(role))
         else {
             continue;
@@ -90,4 +92,18 @@ pub(super) fn says(role: columns::Role, header: &[String]) -> bool {
     let means = |ours: &str| columns::meaning(ours).is_some_and(|(of, _)| of == role);
     let mut named = NAMES.iter().filter(|(ours, _)| means(ours));
     named.any(|(_, theirs)| header.iter().any(|column| column == theirs))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pitch_that_the_campaign_names_itself_has_the_crazyflies_sign_too() {
+        let mut campaign = Campaign::of_no_one();
+        let named = ("pitch_deg".to_owned(), "stateEstimate.pitch".to_owned());
+        campaign.columns.0.push(named);
+        let header = ["timestamp", "stateEstimate.pitch"].map(str::to_owned);
+        assert_eq!(completed(&campaign, &header).pitch, Some(Pitch::NoseUp));
+    }
 }

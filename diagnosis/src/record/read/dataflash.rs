@@ -142,12 +142,11 @@ pub(super) fn dataflash(log: Log<'_>, campaign: &Campaign, found: &mut Found) ->
     found.starts = starts;
     found.origin = origin;
     of_one(log.name, file, &campaign, found, |id, found| {
-        if messages.iter().any(|(name, _)| *name == "RCOU") {
+        if messages.iter().any(|stream| stream.name == "RCOU") {
             let message = "motors from RCOU 1 to 4, taken as pulse widths of 1000 to 2000 us";
             found.remark(RemarkKind::Assumed, Some(id), message);
         }
-        let streams = messages.into_iter().map(|(_, stream)| stream).collect();
-        let samples = joined(id, streams, &SOURCES, found);
+        let samples = joined(id, messages, &SOURCES, found);
         if samples.is_none() {
             let message = "is missing: there is no position in this log";
             let help = "set EK3_ENABLE, AHRS_EKF_TYPE 3 and the bits of LOG_BITMASK for attitude and navigation";
@@ -177,7 +176,7 @@ struct Declared {
 /// What a log holds.
 #[derive(Default)]
 struct Read {
-    messages: Vec<(&'static str, Stream)>,
+    messages: Vec<Stream>,
     /// How many of other instances are not used.
     others: BTreeMap<String, usize>,
     /// Where it breaks off, and why.
@@ -253,7 +252,8 @@ fn messages(bytes: &mut dyn BufRead, found: &mut Found) -> Read {
     for ((name, _), (stream, thinning)) in WANTED.iter().zip(streams) {
         thinning.tell(name, found);
         if !stream.t_s.is_empty() {
-            read.messages.push((name, stream));
+            let name = (*name).to_owned();
+            read.messages.push(Stream { name, ..stream });
         }
     }
     read.broken = broken.map(|why| (at, why));

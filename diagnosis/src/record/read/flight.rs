@@ -15,7 +15,7 @@ use super::samples::Samples;
 use super::table::{Rows, Table};
 use super::track::track;
 use crate::record::problem::Problem;
-use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
+use crate::record::recording::{Clock, Environment, Recording, Role, Track, Vehicle};
 use crate::record::remark::RemarkKind;
 use crate::record::track::ThrustSource;
 
@@ -235,6 +235,7 @@ pub(super) fn vehicle(
     let air = campaign.stated_air().unwrap_or_default();
     let ideal_w = airframe.hover_power_w(airframe.mass_kg(), air.density_kg_per_m3());
     plausible::power((id, file), &track, ideal_w, found);
+    superseded(id, &track, found);
     let weight_n = airframe.mass_kg() * campaign.gravity_mps2();
     plausible::force((id, file), &track, weight_n, found);
     // Its numbers were checked, too.
@@ -260,6 +261,41 @@ pub(super) fn vehicle(
         thrust_map,
         clock: campaign.clock.unwrap_or(Clock::Shared),
     })
+}
+
+/// Of several columns that tell a force, those that do not.
+fn superseded(id: &str, track: &Track, found: &mut Found) {
+    let Some(source) = track.thrust_source() else {
+        return;
+    };
+    // Beside a ready force the thrust is what it counts from.
+    let has_thrust = track.thrust_n.is_some() && source != ThrustSource::ReadyForce;
+    let there = [
+        (
+            track.rotor_speed_radps.is_some(),
+            ThrustSource::RotorSpeed,
+            "speeds of rotors",
+        ),
+        (track.duty.is_some(), ThrustSource::DutyCycle, "duty cycles"),
+        (has_thrust, ThrustSource::Thrust, "thrust"),
+        (
+            track.force_n.is_some(),
+            ThrustSource::ReadyForce,
+            "ready force",
+        ),
+    ];
+    let words = |is_used: bool| {
+        let there = there
+            .iter()
+            .filter(|(is_there, of, _)| *is_there && (*of == source) == is_used);
+        let words: Vec<&str> = there.map(|(.., words)| *words).collect();
+        words.join(", ")
+    };
+    let others = words(false);
+    if !others.is_empty() {
+        let message = format!("its force is told by {}, not by {others}", words(true));
+        found.remark(RemarkKind::Unused, Some(id), message);
+    }
 }
 
 /// Values taken for lack of better.

@@ -185,6 +185,10 @@ impl Known {
     }
 }
 
+/// Parts of topics that say where a vehicle shall be, not where it is: of RViz and Nav2, of MAVROS,
+/// of `mav_msgs` (`default_topics.h`). They are read last.
+const ASKED: [&str; 3] = ["goal_pose", "setpoint_position", "command"];
+
 /// Where most messages say when what they hold was so.
 const STAMP: [(&str, Is); 2] = [
     ("header.stamp.sec", Is::Seconds),
@@ -206,9 +210,11 @@ pub(super) fn mcap(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Opti
             return None;
         }
     }
+    bag.leave_strange();
     bag.tell(file, found);
     let mut campaign = campaign.clone();
-    if bag.has_imu {
+    let is_imu = |topic: &Topic| topic.of == "sensor_msgs/Imu" && topic.whose != Whose::Unknown;
+    if bag.channels.values().any(is_imu) {
         campaign
             .acceleration
             .get_or_insert(Acceleration::SpecificForceInBody);
@@ -266,6 +272,8 @@ pub(super) fn vehicles(mut bytes: &[u8]) -> Vec<String> {
 #[derive(Clone, Debug, PartialEq)]
 enum Whose {
     One(String),
+    /// The campaign's only vehicle's, unless other topics have it as a part.
+    Only(String),
     /// Said in each message.
     Named,
     Unknown,
@@ -282,7 +290,8 @@ struct Topic {
     is: Vec<Is>,
     /// Roles of its columns.
     roles: Vec<Role>,
-    /// Place in [`KNOWN`]: what is read first where two topics say the same.
+    /// Place in [`KNOWN`], after all of them what is [`ASKED`]: what is read first where two topics
+    /// say the same.
     rank: usize,
     messages: usize,
     /// Messages that cannot be read, and why the first could not.
@@ -298,6 +307,8 @@ struct Rows {
     stamped_ns: Vec<Option<i64>>,
     columns: Vec<Vec<f64>>,
     thinning: Thinning,
+    /// Whether a velocity was turned out of its body.
+    has_turned: bool,
 }
 
 struct Bag<'c> {
@@ -313,9 +324,6 @@ struct Bag<'c> {
     /// Which of the campaign's columns were found.
     found: Vec<bool>,
     messages: usize,
-    has_imu: bool,
-    /// Whether a velocity was turned out of its body.
-    has_turned: bool,
 }
 
 impl<'c> Bag<'c> {
@@ -329,8 +337,6 @@ impl<'c> Bag<'c> {
             strangers: BTreeMap::new(),
             found: vec![false; campaign.columns.0.len()],
             messages: 0,
-            has_imu: false,
-            has_turned: false,
         }
     }
 
@@ -427,10 +433,14 @@ impl<'c> Bag<'c> {
         let tail = parts.get(tail..).unwrap_or_default().join("/");
         let rank = KNOWN.iter().position(|known| known.of == of);
         let known = rank.map(|rank| &KNOWN[rank]);
+        let later = match parts.iter().any(|part| ASKED.contains(part)) {
+            true => KNOWN.len() + 1,
+            false => 0,
+        };
         let whose = match (at, vehicles.0.as_slice()) {
             _ if known.is_some_and(Known::is_named) => Whose::Named,
             (Some(at), _) => Whose::One(parts[at].to_owned()),
-            (None, [(only, _)]) => Whose::One(only.clone()),
+            (None, [(only, _)]) => Whose::Only(only.clone()),
             _ => Whose::Unknown,
         };
         let mut topic = Topic {
@@ -441,7 +451,7 @@ impl<'c> Bag<'c> {
             wanted: Vec::new(),
             is: Vec::new(),
             roles: Vec::new(),
-            rank: rank.unwrap_or(KNOWN.len()),
+            rank: later + rank.unwrap_or(KNOWN.len()),
             messages: 0,
             broken: 0,
             why: "",
@@ -488,7 +498,6 @@ impl<'c> Bag<'c> {
             topic.wanted.push(path);
             topic.is.push(is);
         }
-        self.has_imu |= topic.of == "sensor_msgs/Imu" && topic.whose != Whose::Unknown;
         (channel.id, topic)
     }
 
@@ -545,7 +554,7 @@ impl<'c> Bag<'c> {
         let rank = topic.rank;
         for mut row in rows {
             let id = match (&topic.whose, row.name) {
-                (Whose::One(id), _) => id.as_str(),
+                (Whose::One(id) | Whose::Only(id), _) => id.as_str(),
                 (Whose::Named, Some(name)) => name.trim_start_matches('/'),
                 _ => continue,
             };
@@ -557,11 +566,11 @@ impl<'c> Bag<'c> {
             if row.values.iter().all(|value| value.is_nan()) {
                 continue;
             }
-            if !row.child.is_empty() && row.child != row.frame {
-                self.has_turned |= row.turn_velocity(roles);
-            }
             let key = (id.to_owned(), rank, channel);
             let rows = self.rows.entry(key).or_default();
+            if !row.child.is_empty() && row.child != row.frame {
+                rows.has_turned |= row.turn_velocity(roles);
+            }
             rows.columns.resize(width, Vec::new());
             if !rows.thinning.keeps() {
                 continue;
@@ -579,6 +588,26 @@ impl<'c> Bag<'c> {
                     .for_each(|column| thin(column, &keep));
             }
         }
+    }
+
+    /// Where the only vehicle is a part of some topics, the others are not its, but for those that
+    /// the campaign names in full.
+    fn leave_strange(&mut self) {
+        let mut topics = self.channels.values();
+        if !topics.any(|topic| matches!(topic.whose, Whose::One(_))) {
+            return;
+        }
+        let columns = &self.campaign.columns.0;
+        for topic in self.channels.values_mut() {
+            let begin = format!("{}.", topic.name);
+            let is_named = columns.iter().any(|(_, theirs)| theirs.starts_with(&begin));
+            if matches!(topic.whose, Whose::Only(_)) && !is_named {
+                topic.whose = Whose::Unknown;
+            }
+        }
+        let channels = &self.channels;
+        self.rows
+            .retain(|(.., channel), _| channels[channel].whose != Whose::Unknown);
     }
 
     /// What was met and is not used, or not as it stands.
@@ -635,7 +664,7 @@ impl<'c> Bag<'c> {
         for ((_, _, channel), rows) in &self.rows {
             rows.thinning.tell(&self.channels[channel].name, found);
         }
-        if self.has_turned {
+        if self.rows.values().any(|rows| rows.has_turned) {
             let message = "velocities of odometry are taken as in the frame of the body (REP 105) and turned into the world";
             found.remark(RemarkKind::Assumed, None, message);
         }
@@ -678,12 +707,14 @@ impl<'c> Bag<'c> {
             let mut in_time: Vec<usize> = (0..times_ns.len()).collect();
             in_time.sort_by_key(|&row| times_ns[row]);
             let since_s = |&row: &usize| times_ns[row].saturating_sub(start_ns) as f64 * 1e-9;
-            let roles = self.channels[&channel].roles.iter().copied();
+            let Topic { name, roles, .. } = &self.channels[&channel];
+            let roles = roles.iter().copied();
             // What no message of a topic holds is not there.
             let columns = roles.zip(rows.columns);
             let there = columns.filter(|(_, column)| !column.iter().all(|value| value.is_nan()));
             let sorted = |column: Vec<f64>| in_time.iter().map(|&row| column[row]).collect();
             streams.entry(id).or_default().push(Stream {
+                name: name.clone(),
                 t_s: in_time.iter().map(since_s).collect(),
                 columns: there.map(|(role, column)| (role, sorted(column))).collect(),
             });

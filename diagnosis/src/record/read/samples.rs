@@ -59,6 +59,10 @@ impl Samples {
         }
         let is_angle = |role: &Role| matches!(role, Role::Angle(_));
         if self.columns.contains_key(&Role::Quaternion(0)) {
+            if self.columns.keys().any(is_angle) {
+                let message = "roll, pitch and yaw are not used: there is a quaternion";
+                found.remark(RemarkKind::Unused, Some(vehicle), message);
+            }
             self.columns.retain(|role, _| !is_angle(role));
         } else if self.columns.keys().any(is_angle) {
             for (axis, angle) in ["roll", "pitch", "yaw"].into_iter().enumerate() {

@@ -1,8 +1,11 @@
 //! What a log holds in several streams, each with its own times, brought to the times of the
 //! position.
 
+use std::collections::btree_map::Entry;
+
+use super::checks::{OUT_OF_ORDER, in_order};
 use super::columns::Role;
-use super::found::Found;
+use super::found::{Found, RowRemarks, listed};
 use super::samples::Samples;
 use super::table::thin;
 use crate::record::remark::RemarkKind;
@@ -21,6 +24,8 @@ const SLOWEST_ROTORS_S: f64 = 0.11;
 /// Records that share their times: as many entries in every column, in SI.
 #[derive(Debug, Default)]
 pub(super) struct Stream {
+    /// Of its topic or message.
+    pub(super) name: String,
     pub(super) t_s: Vec<f64>,
     pub(super) columns: Vec<(Role, Vec<f64>)>,
 }
@@ -33,7 +38,7 @@ pub(super) struct Sources {
 }
 
 /// All streams of one vehicle at the times of the first that has a position; of two that say the
-/// same the first is used. `None` where no stream has a position.
+/// same the first is used, and the other is told. `None` where no stream has a position.
 pub(super) fn joined(
     id: &str,
     mut streams: Vec<Stream>,
@@ -43,12 +48,23 @@ pub(super) fn joined(
     let has_position =
         |stream: &Stream| (0..3).all(|axis| stream.column(Role::Position(axis)).is_some());
     let place = streams.iter().position(has_position)?;
-    let Stream { t_s, columns } = streams.remove(place);
+    let Stream { name, t_s, columns } = streams.remove(place);
+    let placed: Vec<&str> = (streams.iter().filter(|stream| has_position(stream)))
+        .map(|stream| &stream.name[..])
+        .collect();
+    if !placed.is_empty() {
+        let message = format!(
+            "its positions are those of `{name}`, not those of {}",
+            listed(placed)
+        );
+        found.remark(RemarkKind::Assumed, Some(id), message);
+    }
     let mut samples = Samples::default();
     samples.columns.extend(columns);
     let is_of_duty = |stream: &Stream| stream.column(Role::Duty(0)).is_some();
     let has_duty = streams.iter().any(is_of_duty) || samples.columns.contains_key(&Role::Duty(0));
     for stream in streams {
+        let stream = stream.in_order(id, found);
         let is_of_speed = stream.column(Role::RotorSpeed(0)).is_some() && !is_of_duty(&stream);
         if let (true, true, Some(step_s)) = (has_duty, is_of_speed, stream.median_step_s())
             && step_s > SLOWEST_ROTORS_S
@@ -59,8 +75,16 @@ pub(super) fn joined(
             found.remark(RemarkKind::Unused, Some(id), message);
             continue;
         }
+        let mut is_used = stream.columns.is_empty() || has_position(&stream);
         for (role, column) in stream.at(&t_s) {
-            samples.columns.entry(role).or_insert(column);
+            if let Entry::Vacant(place) = samples.columns.entry(role) {
+                place.insert(column);
+                is_used = true;
+            }
+        }
+        if !is_used {
+            let message = format!("`{}` is not used: others say the same", stream.name);
+            found.remark(RemarkKind::Unused, Some(id), message);
         }
     }
     samples.columns.insert(Role::Time, t_s);
@@ -128,16 +152,36 @@ impl Stream {
     /// Leaves some entries, as a thinning says.
     pub(super) fn thin(&mut self, thinning: &mut Thinning) {
         if let Some(keep) = thinning.leaves(self.t_s.len()) {
-            thin(&mut self.t_s, &keep);
-            self.columns
-                .iter_mut()
-                .for_each(|(_, column)| thin(column, &keep));
+            self.keep(&keep);
         }
     }
 
     fn column(&self, role: Role) -> Option<&Vec<f64>> {
         let found = self.columns.iter().find(|(other, _)| *other == role);
         found.map(|(_, column)| column)
+    }
+
+    /// Without the records whose times do not rise, which are told.
+    fn in_order(mut self, id: &str, found: &mut Found) -> Stream {
+        let (_, left_out) = in_order(&self.t_s);
+        let mut log = RowRemarks {
+            found,
+            subject: Some(id),
+            noun: "record",
+            t_s: &self.t_s,
+        };
+        let what = format!("of `{}` left out: {OUT_OF_ORDER}", self.name);
+        log.tell(RemarkKind::Impossible, &left_out, &what);
+        let mut keep = vec![true; self.t_s.len()];
+        left_out.into_iter().for_each(|row| keep[row] = false);
+        self.keep(&keep);
+        self
+    }
+
+    fn keep(&mut self, keep: &[bool]) {
+        thin(&mut self.t_s, keep);
+        let columns = self.columns.iter_mut();
+        columns.for_each(|(_, column)| thin(column, keep));
     }
 
     fn median_step_s(&self) -> Option<f64> {
@@ -268,6 +312,7 @@ mod tests {
     #[test]
     fn between_two_angles_across_half_a_turn_is_between_them() {
         let stream = Stream {
+            name: String::new(),
             t_s: vec![0.0, 0.1],
             columns: vec![(Role::Angle(2), vec![3.1, -3.1])],
         };
@@ -278,11 +323,42 @@ mod tests {
     #[test]
     fn a_yaw_begins_within_a_turn_where_it_is_first_asked_for() {
         let stream = Stream {
+            name: String::new(),
             t_s: vec![0.0, 0.1, 0.2],
             columns: vec![(Role::Angle(2), vec![6.2, 0.1, 0.3])],
         };
         let (_, yaw) = &stream.at(&[0.1, 0.2])[0];
         let off = (yaw[0] - 0.1).abs().max((yaw[1] - 0.3).abs());
         assert!(off < 1e-12, "{yaw:?}");
+    }
+
+    #[test]
+    fn one_record_with_a_wrong_time_is_left_out_and_told() {
+        let times_s: Vec<f64> = (0..100).map(|tick| f64::from(tick) * 0.01).collect();
+        let stream = |name: &str, roles: &[Role]| Stream {
+            name: name.to_owned(),
+            t_s: times_s.clone(),
+            columns: (roles.iter().map(|role| (*role, times_s.clone()))).collect(),
+        };
+        for wrong_s in [3000.0, 0.2, f64::NAN] {
+            let mut battery = stream("battery", &[Role::Battery]);
+            battery.t_s[50] = wrong_s;
+            let place = stream("place", &[0, 1, 2].map(Role::Position));
+            let sources = Sources {
+                acceleration: "",
+                motors: "",
+                battery: "",
+            };
+            let mut found = Found::default();
+            let joined = joined("q1", vec![place, battery], &sources, &mut found);
+            let joined = joined.expect("has a place");
+            let both = joined.column(Role::Battery).iter().zip(&times_s);
+            let off = both.map(|(read, written)| (read - written).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-12, "{wrong_s}");
+            assert_eq!(
+                found.remarks[0].message,
+                "1 record of `battery` left out: their time is missing, repeats or goes back"
+            );
+        }
     }
 }

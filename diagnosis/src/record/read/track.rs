@@ -3,7 +3,7 @@
 
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 
-use super::checks::check;
+use super::checks::{check, spare};
 use super::columns::Role;
 use super::conventions::{Acceleration, Conventions, Frame, Pitch, Turns};
 use super::found::Found;
@@ -34,6 +34,7 @@ pub(super) fn track(
         false => Turns::BodyToWorld,
     };
     samples.quaternions_from_angles(is_pitch_turned);
+    spare(vehicle, &mut samples, how, found);
     let checked = check((vehicle, file), &samples, how, found);
     let keep = &checked.keep;
     if keep.is_empty() {

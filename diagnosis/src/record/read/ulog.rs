@@ -16,10 +16,11 @@ use px4_ulog::stream_parser::model::{
 use px4_ulog::stream_parser::{DataMessage, LogParser};
 
 use super::campaign::Campaign;
+use super::checks::longest_step_s;
 use super::columns::{Role, RoleOf};
 use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::of_one;
-use super::found::{Found, GPS_WITHIN_S, Start};
+use super::found::{Found, GPS_WITHIN_S, RowRemarks, Start};
 use super::log::Log;
 use super::origin::Origin;
 use super::samples::Samples;
@@ -113,6 +114,7 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
     let stream = |topic: &Topic, role: RoleOf, columns: Vec<Vec<f64>>| {
         let columns = columns.into_iter().enumerate();
         Stream {
+            name: topic.name.to_owned(),
             t_s: seconds(topic),
             columns: columns.map(|(axis, of)| (role(axis), of)).collect(),
         }
@@ -125,10 +127,12 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         .filter_map(first)
         .find_map(|gps| starts(gps, start_us));
     let mut position_m = position_m.to_vec();
-    continued(id, position, &mut position_m, found);
+    let t_s = seconds(position);
+    continued(id, (position, &t_s), &mut position_m, found);
     found.origin = origin(position, &position_m);
     let mut velocity_mps = position.whole(3..6).map(<[_]>::to_vec);
-    only_valid(id, position, (&mut position_m, &mut velocity_mps), found);
+    let both = (&mut position_m[..], &mut velocity_mps);
+    only_valid(id, (position, &t_s), both, found);
     let mut place = stream(position, Role::Position, position_m);
     let velocity_mps = velocity_mps.into_iter().flatten().enumerate();
     (place.columns).extend(velocity_mps.map(|(axis, of)| (Role::Velocity(axis), of)));
@@ -250,17 +254,31 @@ fn motors<'t>(
 
 /// Positions across resets of the local origin, which move it at once: every later one moved back,
 /// so that the flight is one.
-fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut Found) {
+/// Of several between two rows the log holds the last alone.
+fn continued(
+    id: &str,
+    (topic, t_s): (&Topic, &[f64]),
+    position_m: &mut [Vec<f64>],
+    found: &mut Found,
+) {
+    // Twice as long as the longest step, to be a gap whatever else is left out.
+    let hole_s = 2.0 * longest_step_s(t_s);
     // `xy_reset_counter`, `delta_xy`, `z_reset_counter`, `delta_z`.
     for (counter, deltas, axes) in [(8..9, 9..11, 0..2), (11..12, 12..13, 2..3)] {
         let Some(([counter], deltas)) = topic.whole(counter).zip(topic.whole(deltas)) else {
             continue;
         };
-        let mut resets = 0;
+        let mut resets = 0.0;
+        let mut in_part: Vec<usize> = Vec::new();
         let mut offsets_m = vec![0.0; axes.len()];
         for row in 1..counter.len() {
-            if counter[row] != counter[row - 1] {
-                resets += 1;
+            // Eight bits.
+            let steps = (counter[row] - counter[row - 1]).rem_euclid(256.0);
+            if steps > 0.0 {
+                resets += steps;
+                if steps > 1.0 {
+                    in_part.push(row);
+                }
                 let moved = offsets_m.iter_mut().zip(deltas);
                 moved.for_each(|(offset_m, delta_m)| *offset_m += delta_m[row]);
             }
@@ -268,7 +286,14 @@ fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut F
                 position_m[axis][row] -= offset_m;
             }
         }
-        if resets > 0 {
+        for &row in &in_part {
+            let near = |at: &usize| t_s[*at] - t_s[row - 1] <= hole_s;
+            for at in (row..t_s.len()).take_while(near) {
+                axes.clone()
+                    .for_each(|axis| position_m[axis][at] = f64::NAN);
+            }
+        }
+        if resets > 0.0 {
             let what = match axes.len() {
                 2 => "horizontally",
                 _ => "vertically",
@@ -277,6 +302,16 @@ fn continued(id: &str, topic: &Topic, position_m: &mut [Vec<f64>], found: &mut F
                 "the estimator moved its origin {what} {resets} times: what follows is moved back"
             );
             found.remark(RemarkKind::Assumed, Some(id), message);
+            let mut log = RowRemarks {
+                found,
+                subject: Some(id),
+                noun: "row",
+                t_s,
+            };
+            let what = format!(
+                "before which the estimator moved its origin {what} more than once: all but the last is not known, what follows is off by it, and a gap is made there"
+            );
+            log.tell(RemarkKind::Gap, &in_part, &what);
         }
     }
 }
@@ -308,7 +343,7 @@ fn origin(topic: &Topic, continued_m: &[Vec<f64>]) -> Option<Origin> {
 /// vehicle is taken to stay at one place.
 fn only_valid(
     id: &str,
-    topic: &Topic,
+    (topic, t_s): (&Topic, &[f64]),
     (position_m, velocity_mps): (&mut [Vec<f64>], &mut Option<Vec<Vec<f64>>>),
     found: &mut Found,
 ) {
@@ -333,15 +368,31 @@ fn only_valid(
             }
             continue;
         }
-        let rows = position_m[axis].iter_mut().zip(valid.unwrap_or_default());
-        let untrusted = rows.filter(|(_, valid)| **valid == 0.0);
-        untrusted.for_each(|(m, _)| *m = f64::NAN);
+        let valid = valid.unwrap_or_default();
+        let is_untrusted = |row: &usize| valid[*row] == 0.0;
+        let untrusted: Vec<usize> = (0..valid.len()).filter(is_untrusted).collect();
+        untrusted
+            .iter()
+            .for_each(|&row| position_m[axis][row] = f64::NAN);
+        let what = match axis {
+            0 => "whose horizontal position the estimator says is not valid",
+            2 => "whose height the estimator says is not valid",
+            _ => continue, // with the other
+        };
+        let mut log = RowRemarks {
+            found,
+            subject: Some(id),
+            noun: "row",
+            t_s,
+        };
+        log.tell(RemarkKind::Impossible, &untrusted, what);
     }
 }
 
 /// One topic over time.
 #[derive(Debug, Default)]
 struct Topic {
+    name: &'static str,
     /// Time since the start of the autopilot (µs).
     t_us: Vec<f64>,
     /// In the order of [`READ`], each as long as the times; shorter where some record lacks it.
@@ -521,6 +572,7 @@ fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<
     if !topic.thinning.keeps() {
         return;
     }
+    topic.name = name;
     topic.fields.resize(wanted.len(), Vec::new());
     // Exact for the first 285 years after switching on.
     topic.t_us.push(t_us as f64);
@@ -593,6 +645,7 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
         let fields = fields.collect();
         let thinning = Thinning::default();
         let topic = Topic {
+            name,
             t_us,
             fields,
             thinning,

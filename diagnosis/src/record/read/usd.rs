@@ -231,6 +231,7 @@ fn events(bytes: &[u8], types: &[EventType], found: &mut Found) -> Result<Vec<St
     let stream = |of: &EventType| {
         let taken = of.variables.iter().filter_map(|variable| variable.is);
         Stream {
+            name: format!("events {}", of.id),
             t_s: Vec::new(),
             columns: taken.map(|(role, _)| (role, Vec::new())).collect(),
         }

@@ -128,11 +128,50 @@ fn rows_with_values_that_cannot_be_are_left_out_counted_and_told() {
 }
 
 #[test]
+fn where_rotors_tell_the_thrust_a_spoilt_battery_costs_no_row() {
+    let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
+    for (from, to, has) in [("3.9", "0", [true, false]), ("0.5", "1.5", [false, true])] {
+        let spoilt = log(&[(20, &format!(",{from}"), &format!(",{to}"))]);
+        let rows = spoilt
+            .replace(HEADER, "")
+            .replace('\n', ",20000,20000,20000,20000\n");
+        let recording = read(&format!("{header}{rows}"));
+        let track = &recording.vehicles[0].track;
+        assert_eq!(track.t_s.len(), 50);
+        assert_eq!([track.duty.is_some(), track.battery_v.is_some()], has);
+        let remark = on_a(&recording)[0];
+        let said = &remark.message;
+        assert!(said.contains("that can be: not used"), "{said}");
+        assert_eq!((remark.samples, remark.span_s), (1, Some((0.4, 0.4))));
+    }
+}
+
+#[test]
+fn columns_that_others_stand_for_are_told() {
+    let header = HEADER.replace("vbat_v", "vbat_v,thrust_n,rpm1,rpm2,rpm3,rpm4,roll_deg");
+    let rows = log(&[]).replace(HEADER, "");
+    let rows = rows.replace('\n', ",0.3,20000,20000,20000,20000,0\n");
+    let recording = read(&format!("{header}{rows}"));
+    let said: Vec<&str> = (on_a(&recording).iter())
+        .map(|remark| &remark.message[..])
+        .collect();
+    assert_eq!(
+        said,
+        [
+            "roll, pitch and yaw are not used: there is a quaternion",
+            "its force is told by speeds of rotors, not by duty cycles, thrust",
+        ]
+    );
+}
+
+#[test]
 fn times_that_repeat_or_go_back_are_left_out_and_one_leap_does_not_take_the_rest_with_it() {
     for (at, from, to) in [
         (10, "0.200", "0.180"),
         (10, "0.200", "0.100"),
         (10, "0.200", "900"),
+        (0, "0.000", "900"),
+        (1, "0.020", "-900"),
         (10, "0.200", ""),
     ] {
         let recording = read(&log(&[(at, from, to)]));

@@ -81,6 +81,19 @@ fn odometry_imu_battery_and_motors_of_a_packed_bag_are_those_that_were_written()
 }
 
 #[test]
+fn of_a_bag_of_several_the_only_vehicle_of_the_campaign_has_its_own_topics_alone() {
+    let mut campaign = campaign("");
+    campaign.vehicles.0.retain(|(id, _)| id == "cf2");
+    let recording = read_log("bag", "bag.mcap", FOXGLOVE, &campaign).expect("in order");
+    let [cf2] = &recording.vehicles[..] else {
+        panic!("one vehicle: {recording:?}");
+    };
+    assert!(cf2.track.position_m.iter().all(|at_m| at_m.z == 2.0));
+    let said = said(&recording);
+    assert!(said.contains("not used: `/cf1/imu`, `/cf1/odom`"), "{said}");
+}
+
+#[test]
 fn speeds_of_rotors_are_read_whatever_their_direction() {
     let recording = read(PLAIN, "").expect("in order");
     let track = &recording.vehicles[0].track;
@@ -146,5 +159,65 @@ fn a_bag_without_a_campaign_says_whose_positions_it_holds() {
     ] {
         let asked = super::super::needed("bag", "bag.mcap", bag);
         assert!(asked.contains(listed), "{asked}");
+    }
+}
+
+/// A bag of poses: a topic, and how high each of its fifty poses is (m).
+fn poses(topics: &[(&str, f64)]) -> Vec<u8> {
+    let rule = "=".repeat(80);
+    let definition = [
+        "std_msgs/Header header\ngeometry_msgs/Pose pose",
+        "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id",
+        "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec",
+        "MSG: geometry_msgs/Pose\ngeometry_msgs/Point position\ngeometry_msgs/Quaternion orientation",
+        "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z",
+        "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w",
+    ]
+    .join(&format!("\n{rule}\n"));
+    let mut bag = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new()
+        .compression(None)
+        .create(&mut bag)
+        .expect("begins");
+    let of = "geometry_msgs/msg/PoseStamped";
+    let schema = writer.add_schema(of, "ros2msg", definition.as_bytes());
+    let schema = schema.expect("fits");
+    for (topic, height_m) in topics {
+        let channel = writer.add_channel(schema, topic, "cdr", &BTreeMap::new());
+        let channel_id = channel.expect("fits");
+        for tick in 0..50_u32 {
+            // Little-endian, a stamp, an empty frame, and doubles at the next multiple of 8.
+            let mut data = vec![0, 1, 0, 0];
+            data.extend(1_u32.to_le_bytes());
+            data.extend((tick * 20_000_000).to_le_bytes());
+            data.extend([1, 0, 0, 0, 0, 0, 0, 0]);
+            let numbers = [0.0, 0.0, *height_m, 0.0, 0.0, 0.0, 1.0].map(f64::to_le_bytes);
+            data.extend(numbers.concat());
+            let header = mcap::records::MessageHeader {
+                channel_id,
+                sequence: tick,
+                log_time: 0,
+                publish_time: 0,
+            };
+            writer.write_to_known_channel(&header, &data).expect("fits");
+        }
+    }
+    writer.finish().expect("ends");
+    drop(writer);
+    bag.into_inner()
+}
+
+#[test]
+fn of_two_topics_with_a_place_one_is_taken_not_what_is_asked_for_and_both_are_told() {
+    for (topics, height_m, other) in [
+        (["goal_pose", "pose"], 2.0, "goal_pose"),
+        (["pose", "estimate"], 1.0, "estimate"),
+    ] {
+        let [first, second] = topics.map(|topic| format!("/cf1/{topic}"));
+        let bag = poses(&[(&first, 1.0), (&second, 2.0)]);
+        let recording = read(&bag, "").expect("in order");
+        assert_eq!(recording.vehicles[0].track.position_m[7].z, height_m);
+        let told = format!("its positions are those of `/cf1/pose`, not those of `/cf1/{other}`");
+        assert!(said(&recording).contains(&told), "{}", said(&recording));
     }
 }

@@ -167,6 +167,7 @@ fn a_log_of_px4_reads_into_north_west_up() {
         said,
         [
             "2 records of battery_status 1 are not used: another instance is",
+            "1 row whose horizontal position the estimator says is not valid",
             "1 row left out: a value is missing or not finite (first NaN)",
         ]
     );
@@ -390,4 +391,32 @@ fn motors_of_another_instance_heights_alone_and_moved_origins_are_read() {
     }
     let duty = track.duty.as_ref().expect("of instance 1")[0][0];
     assert!((duty - 4000.0 / 8191.0).abs() < SINGLE);
+}
+
+#[test]
+fn of_two_resets_between_two_rows_the_earlier_is_told_as_unknown_and_makes_a_gap() {
+    let mut position =
+        String::from("timestamp,x,y,z,vx,vy,vz,xy_valid,z_valid,z_reset_counter,delta_z\n");
+    for tick in 0..100_u32 {
+        // 255, then past 0 to 1: by an unknown height and by 4 m.
+        let row = match tick < 50 {
+            true => "0.3,0.2,-3.0,0,0,0,1,1,255,0",
+            false => "0.3,0.2,-8.0,0,0,0,1,1,1,-4",
+        };
+        position += &format!("{},{row}\n", tick * 20_000);
+    }
+    let files = [("log_7_vehicle_local_position_0.csv".into(), position.into())];
+    let recording = read_ulog_tables("log_7", &files.into(), &campaign()).expect("in order");
+    let track = track(&recording);
+    let is_gap = |pair: &[f64]| pair[1] - pair[0] > track.longest_step_s;
+    let gap = track.t_s.windows(2).position(is_gap).expect("a gap");
+    assert_eq!(track.position_m[gap].z, 3.0);
+    assert_eq!(track.position_m[gap + 1].z, 4.0);
+    let said = recording.remarks.iter().map(|remark| &remark.message[..]);
+    let said = said.collect::<Vec<_>>().join("\n");
+    assert!(said.contains("origin vertically 2 times"), "{said}");
+    assert!(
+        said.contains("1 row before which the estimator moved"),
+        "{said}"
+    );
 }
