@@ -393,11 +393,10 @@ impl Running {
             {
                 let entry = &mut self.plan.drones[index];
                 entry.enters_s = Some(since.seconds());
-                let flies = track.legs.first().is_some_and(|leg| leg.flying);
-                entry.at_start = if flies {
-                    AtStart::Hover
-                } else {
+                entry.at_start = if track.agent.grounded {
                     AtStart::Landed
+                } else {
+                    AtStart::Hover
                 };
                 let kinds = &self.job.kinds;
                 write_legs(entry, &track.agent, &track.legs, |leg| {

@@ -962,6 +962,26 @@ fn a_drone_that_is_about_to_take_off_lands_as_one_that_flies() {
     }
 }
 
+#[test]
+fn a_drone_that_took_off_and_has_hovered_for_longer_than_history_is_kept_descends() {
+    for motion in ["Straight", "Smooth"] {
+        let text = PAIR.replace(
+            "start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (20.5, 2.5, 1.5))]",
+            "start_m: (2.5, 2.5, 0.1), at_start: Landed, tasks: [(to_m: (2.5, 2.5, 1.5))]",
+        );
+        let rules = format!("(24, 12, 4)), planning: (motion: {motion}),");
+        let mut service = open(&text.replace("(24, 12, 4)),", &rules));
+        let late = json!([{"retask": {"drone": "right", "tasks": [{"to_m": [4.5, 8.5, 1.5]}]}}]);
+        tell(&mut service, &change(1, 100.0, &late));
+        assert!(flown(&service).drones[0].enters_s.is_some(), "{motion}");
+        assert!(land_all(&mut service, 110.0).record.is_some(), "{motion}");
+        let left = flown(&service).drones[0].clone();
+        let down_s = left.airborne_s.1.unwrap();
+        assert!(down_s > 110.5, "{motion}: {down_s}");
+        assert!(planned_m(&service, "left", 110.1)[2] > 1.3, "{motion}");
+    }
+}
+
 /// A pair of which one leaves.
 fn leaving() -> Service {
     open(&PAIR.replace("(name: \"left\",", "(name: \"left\", at_end: Leave,"))
