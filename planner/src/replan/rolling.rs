@@ -83,7 +83,7 @@ pub struct Running {
     plan: Plan,
     /// What the verifier has found of it.
     judgements: Judgements,
-    /// The world's obstacles, for places that are new.
+    /// The world's obstacles and zones that keep bodies out, for places that are new.
     solids: Arc<Solids>,
     /// Its roadmap grows with new stops; its agents are those of the last change.
     job: Job,
@@ -183,7 +183,7 @@ impl Running {
             });
         }
         let mut running = Running {
-            solids: Arc::new(Solids::new(&world.obstacles)),
+            solids: Arc::new(Solids::of(&world)),
             costmap: job.costmap(&world, 0),
             steps: None,
             judgements: Judgements::default(),
@@ -955,7 +955,7 @@ impl Turn<'_> {
         let running = &mut *self.running;
         let roadmap = &mut running.job.roadmap;
         let known = roadmap.place_count();
-        let solids = (!running.world.obstacles.is_empty()).then_some(&*running.solids);
+        let solids = (!running.solids.is_empty()).then_some(&*running.solids);
         let vertices = roadmap.connect(&running.world.bounds_m, solids, stops);
         if roadmap.place_count() > known {
             renew_distances(running);

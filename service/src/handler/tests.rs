@@ -982,6 +982,56 @@ fn a_drone_that_took_off_and_has_hovered_for_longer_than_history_is_kept_descend
     }
 }
 
+#[test]
+fn a_zone_that_keeps_bodies_out_is_kept_clear_of_in_flight_as_an_obstacle_is() {
+    let text = r#"Scenario(
+  name: "desk",
+  bounds_m: (min: (0, 0, 0), max: (24, 12, 4)),
+  zones: [
+    (name: "desk", min_m: (4, 0, 0), max_m: (8, 5, 1), keep_out: true),
+    (name: "net", min_m: (15.9, 0, 0), max_m: (16.1, 12, 2.5), keep_out: true),
+  ],
+  drones: [(name: "left", airframe: "kolibri", start_m: (1.5, 2.5, 3), tasks: [(to_m: (12.5, 2.5, 3))])],
+  planning: (motion: Straight),
+)"#;
+    let mut service = open(text);
+    let over = (0..100).map(|tick| f64::from(tick) * 0.1);
+    let over_s = over
+        .filter(|at_s| planned_m(&service, "left", *at_s)[0] > 5.0)
+        .next();
+    let over_s = over_s.expect("it flies over the desk");
+    let goal = json!([6, 2.5, 0.5]);
+    let comes = json!({"drone": "third", "like": "left", "start_m": [12.5, 9.5, 3],
+        "tasks": [{"to_m": [6, 2.5, 3]}], "at_end": "land"});
+    for (asked, words) in [
+        (
+            json!({"land": {"drone": "left", "over_m": [6, 2.5, 3]}}),
+            "zone `desk`",
+        ),
+        (
+            json!({"retask": {"drone": "left", "tasks": [{"to_m": goal}]}}),
+            "zone `desk`",
+        ),
+        (json!({"add": comes}), "zone `desk`"),
+    ] {
+        let told = tell(&mut service, &change(1, 0.5, &json!([asked])));
+        let error = told.answer.error.expect("it keeps bodies out");
+        let told = (error.code, &error.place[..]);
+        assert_eq!(told, (Code::Change, "params.changes[0]"), "{error:?}");
+        assert!(error.message.contains(words), "{error:?}");
+    }
+    let behind = json!([{"retask": {"drone": "left", "tasks": [{"to_m": [16.4, 5.7, 1]}]}}]);
+    let told = tell(&mut service.clone(), &change(1, 0.5, &behind)).answer;
+    assert_eq!(told.patch().expect("over the net").refused, []);
+
+    let told = land_all(&mut service, over_s);
+    let Some(Told::Landing(landing)) = told.answer.result else {
+        panic!("{:?}", told.answer.error);
+    };
+    assert_eq!(landing.not_landing, Vec::<String>::new());
+    assert!(flown(&service).drones[0].airborne_s.1.is_some());
+}
+
 /// A pair of which one leaves.
 fn leaving() -> Service {
     open(&PAIR.replace("(name: \"left\",", "(name: \"left\", at_end: Leave,"))
