@@ -188,7 +188,9 @@ impl Service {
                     return Err(ReplayError(what));
                 }
                 let limit = Limit::new(None, &|| 0.0);
-                let (patch, _) = flown.replan(at_s, changes, &limit).map_err(told)?;
+                let (mut patch, _) = flown.replan(at_s, changes, &limit).map_err(told)?;
+                // One may have been kept of what changed nothing.
+                (flown.revision, patch.revision) = (revision, revision);
                 flown.is_replayed = true;
                 Ok(Some(patch))
             }
@@ -342,7 +344,7 @@ impl Service {
             return refused(code, "params.changes", message);
         }
         let (patch, record) = flown.replan(change.at_s, change.changes, &limit)?;
-        Ok((Told::Patch(patch), Some(record)))
+        Ok((Told::Patch(patch), record))
     }
 
     fn land_all(
@@ -383,7 +385,7 @@ impl Service {
             true => (None, None),
             false => {
                 let (patch, record) = flown.replan(state.at_s, late, &limit)?;
-                (Some(patch), Some(record))
+                (record.is_some().then_some(patch), record)
             }
         };
         flown.tell(state.at_s);
@@ -555,7 +557,7 @@ impl FlownPlan {
     ) -> Result<(Landing, Option<Record>), Refusals> {
         let mut landings = Landings::of(&self.running, at_s);
         let before = self.clone();
-        let mut best: Option<(FlownPlan, Landing, Record)> = None;
+        let mut best: Option<(FlownPlan, Landing, Option<Record>)> = None;
         let mut tries = 0;
         while tries < MOST_LANDINGS {
             landings.choose();
@@ -606,7 +608,7 @@ impl FlownPlan {
                 patch,
                 not_landing,
             };
-            let is_better = |(_, known, _): &(FlownPlan, Landing, Record)| {
+            let is_better = |(_, known, _): &(FlownPlan, Landing, Option<Record>)| {
                 landing.not_landing.len() < known.not_landing.len()
             };
             if best.as_ref().is_none_or(is_better) {
@@ -622,7 +624,7 @@ impl FlownPlan {
         match best {
             Some((flown, landing, record)) => {
                 *self = flown;
-                Ok((landing, Some(record)))
+                Ok((landing, record))
             }
             None => refused(Code::Change, "params", "no drone flies"),
         }
@@ -643,13 +645,14 @@ impl FlownPlan {
         }
     }
 
-    /// Plans on; where that is refused, or takes too long, all is as it was.
+    /// Plans on; where that is refused, or takes too long, all is as it was. Where nothing changes
+    /// there is nothing to record.
     fn replan(
         &mut self,
         at_s: f64,
         changes: Vec<OneChange>,
         limit: &Limit<'_>,
-    ) -> Result<(Patch, Record), Refusals> {
+    ) -> Result<(Patch, Option<Record>), Refusals> {
         let done = self.replan_or(at_s, changes.clone(), limit);
         done.map_err(|failed| match failed {
             Failed::Refused(refusals) => refusals,
@@ -665,23 +668,28 @@ impl FlownPlan {
         at_s: f64,
         changes: Vec<OneChange>,
         limit: &Limit<'_>,
-    ) -> Result<(Patch, Record), Failed> {
+    ) -> Result<(Patch, Option<Record>), Failed> {
         let asked = asked(&self.running, at_s, &changes).map_err(Failed::Refused)?;
         let before = self.running.clone();
         let done = self.tried(at_s, &asked, &changes, limit);
-        if done.is_err() {
+        let is_new = |it: &Patch| !it.changed.is_empty() || !it.refused.is_empty();
+        if !done.as_ref().is_ok_and(is_new) {
             self.running = before;
         }
-        let patch = done?;
-        self.revision = patch.revision;
+        let mut patch = done?;
         self.tell(at_s);
+        if !is_new(&patch) {
+            patch.revision = self.revision;
+            return Ok((patch, None));
+        }
+        self.revision = patch.revision;
         self.forget(at_s);
         let record = Record::Changed {
             revision: patch.revision,
             at_s,
             changes,
         };
-        Ok((patch, record))
+        Ok((patch, Some(record)))
     }
 
     /// Drops history, now and then: the plan of a fleet that flies for days stays as small as that

@@ -826,12 +826,10 @@ impl Turn<'_> {
         let first = track.legs.first().map_or(at, |leg| leg.start);
         let by = Tick::lasting(by_s).min(at.0 - first.0);
         let was = Tick(at.0 - by);
-        let rests = track
-            .legs
-            .iter()
-            .filter(|leg| leg.end > was)
-            .all(Leg::stays);
-        if by == 0 || !track.planned || rests && track.state(roadmap, was) == State::Ends {
+        // What is flown at a moment depends on the path this much earlier, too.
+        let since = was.before(track.agent.lead_ticks());
+        let mut ahead = track.legs.iter().filter(|leg| leg.end > since);
+        if by == 0 || ahead.all(Leg::stays) && track.state(roadmap, was) == State::Ends {
             // It is where it stays.
             return;
         }

@@ -559,7 +559,11 @@ fn a_plan_that_was_changed_in_flight_is_taken_over_with_a_scenario_that_says_wha
     let requests = [
         change(1, 3.0, &json!([third(), retask])),
         // By then what was flown at first is dropped.
-        change(2, 90.0, &json!([{"late": {"drone": "left", "by_s": 1}}])),
+        change(
+            2,
+            90.0,
+            &json!([{"retask": {"drone": "left", "tasks": [{"to_m": [19.5, 2.5, 1.5]}]}}]),
+        ),
         change(
             3,
             120.0,
@@ -1030,6 +1034,36 @@ fn a_zone_that_keeps_bodies_out_is_kept_clear_of_in_flight_as_an_obstacle_is() {
     };
     assert_eq!(landing.not_landing, Vec::<String>::new());
     assert!(flown(&service).drones[0].airborne_s.1.is_some());
+}
+
+#[test]
+fn a_drone_that_stops_for_want_of_a_path_and_is_late_is_set_back_and_one_that_is_there_is_none() {
+    for motion in ["Straight", "Smooth"] {
+        let rules = format!("(24, 12, 4)), planning: (motion: {motion}),");
+        let low = PAIR.replace("(20.5, 2.5, 1.5)", "(20.5, 2.5, 0.3)");
+        let mut service = open(&low.replace("(24, 12, 4)),", &rules));
+        let fail = json!([{"fail": {"drone": "right", "lies_m": [20.5, 2.5, 0.1]}}]);
+        let told = tell(&mut service, &change(1, 3.0, &fail));
+        assert_eq!(told.answer.patch().unwrap().refused[0].name, "left");
+        let mut revision = 2;
+        for at_s in [3.5, 4.0, 4.5, 7.0] {
+            let was_m = planned_m(&service, "left", at_s - 1.0);
+            let rests = was_m == planned_m(&service, "left", at_s);
+            let told = tell(&mut service, &state(at_s, "left", was_m));
+            let Some(Told::Seen(seen)) = told.answer.result else {
+                panic!("{motion} at {at_s}: {:?}", told.answer.error);
+            };
+            let late = seen.patch.map_or(0, |it| it.changed.len());
+            assert_eq!((late, seen.off_path), (usize::from(!rests), vec![]));
+            assert_eq!(told.record.is_some(), !rests, "{motion} at {at_s}");
+            revision += u64::from(!rests);
+            assert_eq!(seen.revision, revision, "{motion} at {at_s}");
+            flown(&service);
+        }
+        let late = json!([{"late": {"drone": "left", "by_s": 1}}]);
+        let told = tell(&mut service, &change(revision, 60.0, &late));
+        assert_eq!((told.answer.patch().unwrap().revision, told.record), (revision, None));
+    }
 }
 
 /// A pair of which one leaves.
