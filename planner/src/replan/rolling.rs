@@ -109,8 +109,8 @@ pub struct Replanned {
     /// not let in. One that would run into others like that, or had to give way to one that stops,
     /// stops as well.
     pub refused: Vec<Unplanned>,
-    /// Violations that begin before the drones in them could be made to do anything else, as of a
-    /// late drone that is in another's way, or within its margins, already; and of a drone that is
+    /// Violations that are not over, and begin before the drones in them could be made to do
+    /// anything else, as of a late drone that is in another's way, or within its margins, already; and of a drone that is
     /// gone those that the other has no path out of. None that a drone was sent into. They are in
     /// the plan, too.
     pub unavoidable: Vec<Violation>,
@@ -247,6 +247,7 @@ impl Running {
                 false => involved.iter().any(|it| is_early(it)),
             };
             violation.from_s >= 0.0
+                && violation.matters_from(at.seconds())
                 && is_too_late
                 // Who was sent into it could have been left where it was.
                 && !involved.iter().any(|it| it.is_sent && !is_early(it))

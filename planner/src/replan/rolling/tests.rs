@@ -96,6 +96,12 @@ fn sound(running: &Running) {
     assert_eq!(verify(plan).violations, []);
 }
 
+/// What the plan violates and is not over at a moment (s).
+fn ahead(running: &Running, at_s: f64) -> Vec<Violation> {
+    let all = running.plan().violations.iter();
+    all.filter(|it| it.matters_from(at_s)).cloned().collect()
+}
+
 /// What was judged before a change and still holds is what the whole plan judged anew says.
 fn exposed_as_judged_anew(running: &Running) {
     let plan = running.plan();

@@ -71,7 +71,7 @@ fn a_late_drone_on_a_path_found_on_finer_cells_is_planned_on_with_those_in_its_w
         assert!(told.changed.iter().any(gives_way), "{told:#?}");
         assert_eq!(told.refused, [], "{drone} at {at_s} s");
         // It is within another's wake already.
-        assert_eq!(running.plan().violations, told.unavoidable);
+        assert_eq!(ahead(&running, at_s), told.unavoidable);
         states_what_follows(&running);
     }
 }
