@@ -9,7 +9,7 @@ use super::{GivenError, given};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
 use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
-use crate::scenario::placement::{Spot, misplaced};
+use crate::scenario::placement::{SUPPORT_TOLERANCE_M, Spot, landing_place_m, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::prepare::ending_from;
@@ -37,8 +37,8 @@ pub enum Change {
     Failed {
         /// Its name.
         drone: String,
-        /// Where its rotor plane's centre lies (m); `None`: on the highest surface below where the
-        /// plan has it.
+        /// Where its rotor plane's centre lies (m), on the floor or an obstacle; `None`: on the
+        /// highest surface below where the plan has it.
         lies_m: Option<Point3<f64>>,
     },
     /// A drone of another planner flies this from now on, whatever is planned here: body and wake
@@ -220,7 +220,7 @@ pub(super) fn problems(
             {
                 found.push(ChangeError::Fixed(name.to_owned()));
             }
-            (Change::Failed { lies_m, .. }, Some(_)) => {
+            (Change::Failed { lies_m, .. }, Some(index)) => {
                 let wreck = wreck_of(name);
                 let fault = name_fault(&wreck).map(|fault| WorldError::Name {
                     whose: format!("the wreck of `{name}`"),
@@ -233,16 +233,12 @@ pub(super) fn problems(
                     found.push(ChangeError::Twice(wreck));
                 }
                 // Whether a body fits there is not asked: it lies there.
-                let (min, max) = (world.bounds_m.min, world.bounds_m.max);
-                let is_inside =
-                    |at_m: &Point3<f64>| (0..3).all(|k| min[k] <= at_m[k] && at_m[k] <= max[k]);
-                let lies_m = lies_m.filter(|it| !is_inside(it));
-                found.extend(lies_m.map(|it| ChangeError::Misplaced {
+                let radius_m = world.drones[index].vehicle.body_radius_m;
+                let fault = |it| Some((it, lying_fault(world, solids, it, radius_m)?));
+                let fault = lies_m.and_then(fault);
+                found.extend(fault.map(|(it, what)| ChangeError::Misplaced {
                     drone: name.to_owned(),
-                    why: format!(
-                        "`{name}` lies at ({}, {}, {}) m, which is outside the bounds",
-                        it.x, it.y, it.z
-                    ),
+                    why: format!("`{name}` lies at ({}, {}, {}) m, {what}", it.x, it.y, it.z),
                 }));
             }
             (Change::Retasked { .. } | Change::Landed { .. }, Some(index)) if !goes_on(index) => {
@@ -329,4 +325,25 @@ pub(super) fn problems(
         }
     }
     found
+}
+
+/// What is wrong with a place (m) for a wreck of a radius (m): a plan knows none in mid-air.
+fn lying_fault(
+    world: &World,
+    solids: &Solids,
+    lies_m: Point3<f64>,
+    radius_m: f64,
+) -> Option<String> {
+    let (min, max) = (world.bounds_m.min, world.bounds_m.max);
+    if !(0..3).all(|k| min[k] <= lies_m[k] && lies_m[k] <= max[k]) {
+        return Some("which is outside the bounds".to_owned());
+    }
+    let rest_m = landing_place_m(&world.bounds_m, solids, lies_m, radius_m);
+    let gap_m = lies_m.z - rest_m.z;
+    (gap_m > SUPPORT_TOLERANCE_M).then(|| {
+        format!(
+            "{gap_m:.3} m above what it could lie on: say a height of {:.3} m, or no place",
+            rest_m.z
+        )
+    })
 }

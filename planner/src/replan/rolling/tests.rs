@@ -658,17 +658,21 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
         wrong,
         Err(vec![ChangeError::Fixed("d1 (wreck)".to_owned())])
     );
-    let outside = Change::Failed {
-        drone: "d3".to_owned(),
-        lies_m: Some(Point3::new(-3.0, 0.0, 0.0)),
-    };
-    let wrong = running
-        .replan(5.0, &[outside], &Control::QUIET)
-        .expect_err("outside");
-    assert!(
-        wrong[0].to_string().contains("outside the bounds"),
-        "{wrong:?}"
-    );
+    for (lies_m, words) in [
+        (Point3::new(-3.0, 0.0, 0.0), "outside the bounds"),
+        (
+            Point3::new(x, y, z + 0.1),
+            "0.100 m above what it could lie on: say a height of 0.198 m",
+        ),
+    ] {
+        let lies = Change::Failed {
+            drone: "d3".to_owned(),
+            lies_m: Some(lies_m),
+        };
+        let wrong = running.replan(5.0, &[lies], &Control::QUIET);
+        let wrong = wrong.expect_err("no place for it");
+        assert!(wrong[0].to_string().contains(words), "{wrong:?}");
+    }
     running
         .replan(6.0, &[removed("d1 (wreck)")], &Control::QUIET)
         .expect("it is carried off");
