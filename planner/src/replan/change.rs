@@ -33,7 +33,7 @@ pub enum Change {
         drone: String,
     },
     /// A drone has failed and come down: its wake has ended, and its body lies there until that is
-    /// removed, under the name [`wreck_of`] it.
+    /// removed, as `NAME (wreck)`, or `NAME (wreck 2)` where that is in the plan already.
     Failed {
         /// Its name.
         drone: String,
@@ -79,16 +79,23 @@ impl Change {
 }
 
 /// What follows a drone's name in that of its wreck.
-const WRECK: &str = " (wreck)";
+const WRECK: &str = " (wreck";
 
-/// The name of what lies where a drone came down.
-pub fn wreck_of(drone: &str) -> String {
-    format!("{drone}{WRECK}")
+/// The name of what lies where a drone came down, in the plan of these drones: a drone of that name
+/// may have come down before.
+pub(super) fn wreck_of(drone: &str, drones: &[Drone]) -> String {
+    let numbered = (2_usize..).map(|nth| format!("{drone}{WRECK} {nth})"));
+    let is_known = |name: &String| drones.iter().any(|it| it.name == *name);
+    let first = format!("{drone}{WRECK})");
+    let mut names = std::iter::once(first).chain(numbered);
+    (names.find(|name| !is_known(name))).expect("there are more numbers than drones")
 }
 
 /// Whether a name is that of what lies where a drone came down.
 fn is_wreck(name: &str) -> bool {
-    name.ends_with(WRECK)
+    let rest = name.rsplit_once(WRECK);
+    rest.and_then(|(_, rest)| rest.strip_suffix(')'))
+        .is_some_and(|nth| nth.is_empty() || nth.trim_start().parse::<usize>().is_ok())
 }
 
 /// What is wrong with a change, or with the moment.
@@ -221,15 +228,13 @@ pub(super) fn problems(
                 found.push(ChangeError::Fixed(name.to_owned()));
             }
             (Change::Failed { lies_m, .. }, Some(index)) => {
-                let wreck = wreck_of(name);
+                let wreck = wreck_of(name, &world.drones);
                 let fault = name_fault(&wreck).map(|fault| WorldError::Name {
                     whose: format!("the wreck of `{name}`"),
                     fault,
                 });
                 found.extend(fault.map(|it| ChangeError::Number(Box::new(it))));
-                if world.drones.iter().any(|known| known.name == wreck) {
-                    found.push(ChangeError::Known(wreck));
-                } else if !seen.insert(wreck.clone()) {
+                if !seen.insert(wreck.clone()) {
                     found.push(ChangeError::Twice(wreck));
                 }
                 // Whether a body fits there is not asked: it lies there.

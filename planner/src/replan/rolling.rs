@@ -763,7 +763,7 @@ impl Turn<'_> {
             ..TrajectoryEntry::default()
         };
         let wreck = DronePlan {
-            name: change::wreck_of(&failed.name),
+            name: change::wreck_of(&failed.name, &self.running.world.drones),
             enters_s: (at > Tick(0)).then_some(at_s),
             at_start: AtStart::Landed,
             at_end: AtEnd::Land,

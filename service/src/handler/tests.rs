@@ -1066,6 +1066,32 @@ fn a_drone_that_stops_for_want_of_a_path_and_is_late_is_set_back_and_one_that_is
     }
 }
 
+#[test]
+fn a_drone_under_the_name_of_one_that_has_failed_before_can_be_told_to_fail() {
+    let mut service = opened();
+    let fail = json!({"fail": {"drone": "left"}});
+    let comes = json!({"add": {"drone": "left", "like": "right", "start_m": [10.5, 10.5, 1.5],
+        "tasks": [{"to_m": [20.5, 10.5, 1.5]}]}});
+    let away = json!({"retask": {"drone": "right", "tasks": [{"to_m": [2.5, 5.5, 1.5]}]}});
+    let mut patched = |revision, at_s, changes| {
+        let told = tell(&mut service, &change(revision, at_s, &changes));
+        let patch = told.answer.patch().cloned();
+        let patch = patch.unwrap_or_else(|| panic!("{:?}", told.answer.error));
+        let names = patch.changed.into_iter().map(|it| it.drone);
+        names.collect::<Vec<_>>()
+    };
+    let names = patched(1, 1.0, json!([fail]));
+    assert_eq!(names, ["left", "left (wreck)"]);
+    patched(2, 70.0, json!([away]));
+    assert_eq!(patched(3, 86.0, json!([comes])), ["left"]);
+    let clears = json!({"remove": {"drone": "left (wreck)"}});
+    let names = patched(4, 88.0, json!([clears, fail]));
+    assert_eq!(names, ["left (wreck)", "left", "left (wreck 2)"]);
+    let clears = json!([{"remove": {"drone": "left (wreck 2)"}}]);
+    assert_eq!(patched(5, 90.0, clears), ["left (wreck 2)"]);
+    flown(&service);
+}
+
 /// A pair of which one leaves.
 fn leaving() -> Service {
     open(&PAIR.replace("(name: \"left\",", "(name: \"left\", at_end: Leave,"))
