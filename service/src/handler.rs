@@ -24,6 +24,7 @@ use crate::message::{
     State, Task, Told, Whole, of_one_line,
 };
 use crate::off_plan::{self, OffPlan};
+use crate::repeated;
 
 /// One plan that is being flown, or none.
 #[derive(Clone, Debug, Default)]
@@ -208,7 +209,7 @@ impl Service {
             let message = format!("the line has more than {} MiB", MOST_BYTES >> 20);
             return refused(Code::TooMuch, "", message);
         }
-        let value: Value = serde_json::from_str(line).map_err(|error| {
+        let (value, repeated) = repeated::read(line).map_err(|error| {
             let (place, what) = of_one_line(&error);
             vec![refusal(Code::Malformed, place, format!("no JSON: {what}"))]
         })?;
@@ -227,6 +228,14 @@ impl Service {
             }
         };
         *asked = METHODS.into_iter().find(|known| *known == method);
+        if !repeated.is_empty() {
+            let told = repeated.into_iter().map(|place| {
+                let name = place.rsplit('.').next().unwrap_or(&place);
+                let message = format!("`{name}` is given twice");
+                refusal(Code::Field, place, message)
+            });
+            return Err(told.collect());
+        }
         let params = fields.remove("params");
         if let Some(unknown) = fields.keys().next() {
             let message = format!("`{unknown}`: no such field, there are id, method, params");

@@ -442,7 +442,7 @@ pub enum Code {
     Malformed,
     /// No such method.
     UnknownMethod,
-    /// A field that is missing, unknown, or of another kind.
+    /// A field that is missing, unknown, given twice, or of another kind.
     Field,
     /// The line is too long, or lists too much.
     TooMuch,

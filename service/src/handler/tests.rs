@@ -1062,7 +1062,10 @@ fn a_drone_that_stops_for_want_of_a_path_and_is_late_is_set_back_and_one_that_is
         }
         let late = json!([{"late": {"drone": "left", "by_s": 1}}]);
         let told = tell(&mut service, &change(revision, 60.0, &late));
-        assert_eq!((told.answer.patch().unwrap().revision, told.record), (revision, None));
+        assert_eq!(
+            (told.answer.patch().unwrap().revision, told.record),
+            (revision, None)
+        );
     }
 }
 
@@ -1090,6 +1093,27 @@ fn a_drone_under_the_name_of_one_that_has_failed_before_can_be_told_to_fail() {
     let clears = json!([{"remove": {"drone": "left (wreck 2)"}}]);
     assert_eq!(patched(5, 90.0, clears), ["left (wreck 2)"]);
     flown(&service);
+}
+
+#[test]
+fn keys_that_are_given_twice_are_told_all_at_their_places_and_none_of_them_counts() {
+    let mut service = opened();
+    let before = plan_text(&mut service);
+    let line = r#"{"method": "change", "params": {"revision": 7, "revision": 1, "at_s": 2, "changes":
+        [{"late": {"drone": "left", "by_s": 1}, "late": {"drone": "right", "by_s": 9, "by_s": 1}}]}}"#;
+    let error = service.handle(line, &|| 0.0).answer.error.unwrap();
+    assert_eq!(
+        (error.code, error.message),
+        (Code::Field, "`revision` is given twice".to_owned())
+    );
+    let also = error.also.iter().map(|it| &it.place[..]);
+    let also: Vec<&str> = also.collect();
+    assert_eq!(error.place, "params.revision");
+    assert_eq!(
+        also,
+        ["params.changes[0].late", "params.changes[0].late.by_s"]
+    );
+    assert_eq!(plan_text(&mut service), before);
 }
 
 /// A pair of which one leaves.
