@@ -1081,8 +1081,9 @@ fn of_change(error: &ChangeError, changes: &[OneChange]) -> Refusal {
         | ChangeError::Gone(drone) => (Code::Change, Some(drone)),
         ChangeError::Delay { drone, .. }
         | ChangeError::Misplaced { drone, .. }
+        | ChangeError::Number { drone, .. }
         | ChangeError::TooLarge { drone, .. } => (Code::Change, Some(drone)),
-        ChangeError::Number(_) | ChangeError::Given(_) => (Code::Change, None),
+        ChangeError::Given(_) => (Code::Change, None),
     };
     let place = match (code, drone) {
         (Code::Time | Code::ClockBack, _) => "params.at_s".to_owned(),

@@ -142,8 +142,13 @@ pub enum ChangeError {
         by_s: f64,
     },
     /// A number that no scenario may have.
-    #[error(transparent)]
-    Number(Box<WorldError>),
+    #[error("{fault}")]
+    Number {
+        /// The drone's name.
+        drone: String,
+        /// What is wrong with which number.
+        fault: Box<WorldError>,
+    },
     /// A place where it cannot be.
     #[error("{why}")]
     Misplaced {
@@ -233,7 +238,7 @@ pub(super) fn problems(
                     whose: format!("the wreck of `{name}`"),
                     fault,
                 });
-                found.extend(fault.map(|it| ChangeError::Number(Box::new(it))));
+                found.extend(fault.map(|fault| number(name, fault)));
                 if !seen.insert(wreck.clone()) {
                     found.push(ChangeError::Twice(wreck));
                 }
@@ -290,9 +295,10 @@ pub(super) fn problems(
             at_s,
         );
         faults.extend(world.slow_to_stop(drone));
-        faults
+        let faults = faults.into_iter();
+        faults.map(move |fault| number(&drone.name, fault))
     });
-    found.extend(faults.map(|fault| ChangeError::Number(Box::new(fault))));
+    found.extend(faults);
     placed.retain(|drone| {
         let goals_m = drone.tasks.iter().map(|task| task.to_m);
         let mut places_m = goals_m.chain([drone.start_m]);
@@ -330,6 +336,13 @@ pub(super) fn problems(
         }
     }
     found
+}
+
+fn number(drone: &str, fault: WorldError) -> ChangeError {
+    ChangeError::Number {
+        drone: drone.to_owned(),
+        fault: Box::new(fault),
+    }
 }
 
 /// What is wrong with a place (m) for a wreck of a radius (m): a plan knows none in mid-air.

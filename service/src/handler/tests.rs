@@ -240,6 +240,26 @@ fn all_that_is_wrong_with_a_request_is_told_at_once() {
     assert_eq!(places, ["params.changes[0].late.by_s", "params.changes[1]"]);
 }
 
+#[test]
+fn a_load_or_a_name_that_cannot_be_is_told_at_its_change() {
+    let mut service = opened();
+    let heavy = json!({"to_m": [10.5, 2.5, 3], "load_kg": 999});
+    let changes = json!([
+        {"retask": {"drone": "right", "tasks": [{"to_m": [10.5, 8.5, 3]}]}},
+        {"retask": {"drone": "left", "tasks": [heavy]}},
+        {"add": {"drone": "a\nb", "like": "left", "start_m": [5.5, 5.5, 2]}},
+    ]);
+    let told = tell(&mut service, &change(1, 2.0, &changes));
+    let error = told.answer.error.unwrap();
+    assert_eq!(error.place, "params.changes[1]", "{error:?}");
+    let [name] = &error.also[..] else {
+        panic!("{error:?}")
+    };
+    assert_eq!(name.place, "params.changes[2]");
+    let words = "is broken by a line break or another control character";
+    assert!(name.message.ends_with(words), "{}", name.message);
+}
+
 /// Every value in a request, by its path.
 fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
     found.push(at.to_owned());
@@ -367,6 +387,13 @@ fn a_plan_that_is_handed_in_and_is_none_is_told_at_its_field() {
             "`t_s[0]`: a number, not \"0\""
         )
     );
+    for none in [json!("x"), json!(3), json!([1])] {
+        let open = json!({"method": "open", "params": {"scenario": PAIR, "plan": none}});
+        let error = tell(&mut Service::default(), &open).answer.error.unwrap();
+        let told = (error.code, &error.place[..], error.also.len());
+        assert_eq!(told, (Code::Plan, "params.plan", 0), "{none}");
+        assert!(error.message.starts_with("an object with"), "{error:?}");
+    }
 }
 
 #[test]

@@ -696,7 +696,7 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
         .replan(7.0, &[comes(&long)], &Control::QUIET)
         .expect("it comes");
     let wrong = running.replan(8.0, &[fails(&long)], &Control::QUIET);
-    assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number(_)])));
+    assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number { .. }])));
 }
 
 /// A day in the life of a few drones: each is told another task once it has done the last, some

@@ -303,7 +303,7 @@ fn what_a_library_hands_in_is_held_against_the_rules_of_a_scenario() {
         dwell_s,
         ..task(5.5, 5.5, 3.5)
     };
-    let is_number = |errors: &[ChangeError]| matches!(errors, [ChangeError::Number(_), ..]);
+    let is_number = |errors: &[ChangeError]| matches!(errors, [ChangeError::Number { .. }, ..]);
     for dwell_s in [f64::NAN, f64::INFINITY, -1.0, 1e9] {
         assert!(is_number(&refused(
             retasked("d1", vec![dwelling(dwell_s)]),
