@@ -429,6 +429,8 @@ const LONGEST_LEAP_S: f64 = 86_400.0;
 enum Failed {
     Changes(Vec<ChangeError>),
     Refused(Refusals),
+    /// With the violations of what it planned.
+    NotVerified(Vec<Violation>, Refusals),
 }
 
 /// What positions say of the drones.
@@ -587,7 +589,9 @@ impl FlownPlan {
                 Err(Failed::Changes(errors)) => {
                     for error in &errors {
                         match error {
-                            ChangeError::Misplaced { drone, .. } => landings.ban(drone),
+                            ChangeError::Misplaced { drone, .. } => {
+                                landings.ban(drone);
+                            }
                             ChangeError::Gone(drone) => landings.leave_out(drone),
                             _ => return Err(vec![of_change(error, &changes)]),
                         }
@@ -599,8 +603,20 @@ impl FlownPlan {
                     continue;
                 }
                 // What was found before still holds.
-                Err(Failed::Refused(_)) if best.is_some() => break,
+                Err(_) if best.is_some() => break,
                 Err(Failed::Refused(refusals)) => return Err(refusals),
+                Err(Failed::NotVerified(found, refusals)) => {
+                    tries += 1;
+                    let mut banned = false;
+                    for it in &found {
+                        banned |= landings.ban(&it.drone)
+                            || it.with.as_ref().is_some_and(|with| landings.ban(with));
+                    }
+                    if !banned || tries == MOST_LANDINGS {
+                        return Err(refusals);
+                    }
+                    continue;
+                }
             };
             tries += 1;
             let (patch, record) = told;
@@ -664,7 +680,7 @@ impl FlownPlan {
     ) -> Result<(Patch, Option<Record>), Refusals> {
         let done = self.replan_or(at_s, changes.clone(), limit);
         done.map_err(|failed| match failed {
-            Failed::Refused(refusals) => refusals,
+            Failed::Refused(refusals) | Failed::NotVerified(_, refusals) => refusals,
             Failed::Changes(errors) => {
                 let refusals = errors.iter().map(|it| of_change(it, &changes));
                 refusals.collect()
@@ -743,17 +759,17 @@ impl FlownPlan {
         let is_new = |it: &&Violation| {
             it.matters_from(from_s) && !told.unavoidable.contains(it) && !known.contains(it)
         };
-        let new = plan.violations.iter().filter(is_new);
-        let new: Refusals = new
-            .map(|it| refusal(Code::NotVerified, "params", it.to_string()))
-            .collect();
+        let new: Vec<Violation> = plan.violations.iter().filter(is_new).cloned().collect();
         if !new.is_empty() {
             // Why, where a drone has found no path.
             let out = told.refused.iter().map(|it| {
                 let place = place_of(&it.name, changes);
                 refusal(Code::NoPlan, place, format!("`{}`: {}", it.name, it.reason))
             });
-            return Err(Failed::Refused(new.into_iter().chain(out).collect()));
+            let found = new.iter();
+            let found = found.map(|it| refusal(Code::NotVerified, "params", it.to_string()));
+            let refusals = found.chain(out).collect();
+            return Err(Failed::NotVerified(new, refusals));
         }
         Ok(self.patch(told))
     }

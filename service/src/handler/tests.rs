@@ -1026,10 +1026,8 @@ fn a_zone_that_keeps_bodies_out_is_kept_clear_of_in_flight_as_an_obstacle_is() {
   planning: (motion: Straight),
 )"#;
     let mut service = open(text);
-    let over = (0..100).map(|tick| f64::from(tick) * 0.1);
-    let over_s = over
-        .filter(|at_s| planned_m(&service, "left", *at_s)[0] > 5.0)
-        .next();
+    let mut times_s = (0..100).map(|tick| 0.1 * f64::from(tick));
+    let over_s = times_s.find(|at_s| planned_m(&service, "left", *at_s)[0] > 5.0);
     let over_s = over_s.expect("it flies over the desk");
     let goal = json!([6, 2.5, 0.5]);
     let comes = json!({"drone": "third", "like": "left", "start_m": [12.5, 9.5, 3],
@@ -1141,6 +1139,33 @@ fn keys_that_are_given_twice_are_told_all_at_their_places_and_none_of_them_count
         ["params.changes[0].late", "params.changes[0].late.by_s"]
     );
     assert_eq!(plan_text(&mut service), before);
+}
+
+#[test]
+fn a_landing_that_the_verifier_does_not_let_pass_is_looked_for_elsewhere() {
+    let closed = |zones: &str| {
+        let rules = format!("(24, 12, 4)), planning: (motion: Straight), zones: [{zones}],");
+        PAIR.replace("(24, 12, 4)),", &rules)
+    };
+    let net = r#"(name: "net", min_m: (6.4, 2.4, 0), max_m: (6.6, 2.6, 1), keep_out: true)"#;
+    let mut service = open(&closed(net));
+    // What plans knows of no zone.
+    let world = planner::read_world(&closed("")).unwrap();
+    let flown = service.flown.as_mut().unwrap();
+    flown.running = planner::Running::new(world, flown.running.plan().clone()).unwrap();
+    let over = |at_s: &f64| (planned_m(&service, "left", *at_s + 0.5)[0] - 6.5).abs() < 0.3;
+    let mut times_s = (0..100).map(|tick| 0.1 * f64::from(tick));
+    let at_s = times_s.find(over).expect("it flies over the net");
+    let told = land_all(&mut service, at_s);
+    let Some(Told::Landing(landing)) = told.answer.result else {
+        panic!("{:?}", told.answer.error);
+    };
+    assert_eq!(landing.not_landing, Vec::<String>::new());
+    let down_m = planned_m(&service, "left", 90.0);
+    assert!(
+        down_m[2] < 0.2 && (down_m[0] - 6.5).abs() > 0.3,
+        "{down_m:?}"
+    );
 }
 
 /// A pair of which one leaves.
