@@ -24,6 +24,7 @@ use crate::message::{
     State, Task, Told, Whole, of_one_line,
 };
 use crate::off_plan::{self, OffPlan};
+use crate::repeated;
 
 /// One plan that is being flown, or none.
 #[derive(Clone, Debug, Default)]
@@ -188,7 +189,9 @@ impl Service {
                     return Err(ReplayError(what));
                 }
                 let limit = Limit::new(None, &|| 0.0);
-                let (patch, _) = flown.replan(at_s, changes, &limit).map_err(told)?;
+                let (mut patch, _) = flown.replan(at_s, changes, &limit).map_err(told)?;
+                // One may have been kept of what changed nothing.
+                (flown.revision, patch.revision) = (revision, revision);
                 flown.is_replayed = true;
                 Ok(Some(patch))
             }
@@ -206,7 +209,7 @@ impl Service {
             let message = format!("the line has more than {} MiB", MOST_BYTES >> 20);
             return refused(Code::TooMuch, "", message);
         }
-        let value: Value = serde_json::from_str(line).map_err(|error| {
+        let (value, repeated) = repeated::read(line).map_err(|error| {
             let (place, what) = of_one_line(&error);
             vec![refusal(Code::Malformed, place, format!("no JSON: {what}"))]
         })?;
@@ -225,6 +228,14 @@ impl Service {
             }
         };
         *asked = METHODS.into_iter().find(|known| *known == method);
+        if !repeated.is_empty() {
+            let told = repeated.into_iter().map(|place| {
+                let name = place.rsplit('.').next().unwrap_or(&place);
+                let message = format!("`{name}` is given twice");
+                refusal(Code::Field, place, message)
+            });
+            return Err(told.collect());
+        }
         let params = fields.remove("params");
         if let Some(unknown) = fields.keys().next() {
             let message = format!("`{unknown}`: no such field, there are id, method, params");
@@ -342,7 +353,7 @@ impl Service {
             return refused(code, "params.changes", message);
         }
         let (patch, record) = flown.replan(change.at_s, change.changes, &limit)?;
-        Ok((Told::Patch(patch), Some(record)))
+        Ok((Told::Patch(patch), record))
     }
 
     fn land_all(
@@ -383,7 +394,7 @@ impl Service {
             true => (None, None),
             false => {
                 let (patch, record) = flown.replan(state.at_s, late, &limit)?;
-                (Some(patch), Some(record))
+                (record.is_some().then_some(patch), record)
             }
         };
         flown.tell(state.at_s);
@@ -418,6 +429,8 @@ const LONGEST_LEAP_S: f64 = 86_400.0;
 enum Failed {
     Changes(Vec<ChangeError>),
     Refused(Refusals),
+    /// With the violations of what it planned.
+    NotVerified(Vec<Violation>, Refusals),
 }
 
 /// What positions say of the drones.
@@ -555,7 +568,7 @@ impl FlownPlan {
     ) -> Result<(Landing, Option<Record>), Refusals> {
         let mut landings = Landings::of(&self.running, at_s);
         let before = self.clone();
-        let mut best: Option<(FlownPlan, Landing, Record)> = None;
+        let mut best: Option<(FlownPlan, Landing, Option<Record>)> = None;
         let mut tries = 0;
         while tries < MOST_LANDINGS {
             landings.choose();
@@ -576,7 +589,9 @@ impl FlownPlan {
                 Err(Failed::Changes(errors)) => {
                     for error in &errors {
                         match error {
-                            ChangeError::Misplaced { drone, .. } => landings.ban(drone),
+                            ChangeError::Misplaced { drone, .. } => {
+                                landings.ban(drone);
+                            }
                             ChangeError::Gone(drone) => landings.leave_out(drone),
                             _ => return Err(vec![of_change(error, &changes)]),
                         }
@@ -588,8 +603,20 @@ impl FlownPlan {
                     continue;
                 }
                 // What was found before still holds.
-                Err(Failed::Refused(_)) if best.is_some() => break,
+                Err(_) if best.is_some() => break,
                 Err(Failed::Refused(refusals)) => return Err(refusals),
+                Err(Failed::NotVerified(found, refusals)) => {
+                    tries += 1;
+                    let mut banned = false;
+                    for it in &found {
+                        banned |= landings.ban(&it.drone)
+                            || it.with.as_ref().is_some_and(|with| landings.ban(with));
+                    }
+                    if !banned || tries == MOST_LANDINGS {
+                        return Err(refusals);
+                    }
+                    continue;
+                }
             };
             tries += 1;
             let (patch, record) = told;
@@ -606,7 +633,7 @@ impl FlownPlan {
                 patch,
                 not_landing,
             };
-            let is_better = |(_, known, _): &(FlownPlan, Landing, Record)| {
+            let is_better = |(_, known, _): &(FlownPlan, Landing, Option<Record>)| {
                 landing.not_landing.len() < known.not_landing.len()
             };
             if best.as_ref().is_none_or(is_better) {
@@ -622,7 +649,7 @@ impl FlownPlan {
         match best {
             Some((flown, landing, record)) => {
                 *self = flown;
-                Ok((landing, Some(record)))
+                Ok((landing, record))
             }
             None => refused(Code::Change, "params", "no drone flies"),
         }
@@ -643,16 +670,17 @@ impl FlownPlan {
         }
     }
 
-    /// Plans on; where that is refused, or takes too long, all is as it was.
+    /// Plans on; where that is refused, or takes too long, all is as it was. Where nothing changes
+    /// there is nothing to record.
     fn replan(
         &mut self,
         at_s: f64,
         changes: Vec<OneChange>,
         limit: &Limit<'_>,
-    ) -> Result<(Patch, Record), Refusals> {
+    ) -> Result<(Patch, Option<Record>), Refusals> {
         let done = self.replan_or(at_s, changes.clone(), limit);
         done.map_err(|failed| match failed {
-            Failed::Refused(refusals) => refusals,
+            Failed::Refused(refusals) | Failed::NotVerified(_, refusals) => refusals,
             Failed::Changes(errors) => {
                 let refusals = errors.iter().map(|it| of_change(it, &changes));
                 refusals.collect()
@@ -665,23 +693,28 @@ impl FlownPlan {
         at_s: f64,
         changes: Vec<OneChange>,
         limit: &Limit<'_>,
-    ) -> Result<(Patch, Record), Failed> {
+    ) -> Result<(Patch, Option<Record>), Failed> {
         let asked = asked(&self.running, at_s, &changes).map_err(Failed::Refused)?;
         let before = self.running.clone();
         let done = self.tried(at_s, &asked, &changes, limit);
-        if done.is_err() {
+        let is_new = |it: &Patch| !it.changed.is_empty() || !it.refused.is_empty();
+        if !done.as_ref().is_ok_and(is_new) {
             self.running = before;
         }
-        let patch = done?;
-        self.revision = patch.revision;
+        let mut patch = done?;
         self.tell(at_s);
+        if !is_new(&patch) {
+            patch.revision = self.revision;
+            return Ok((patch, None));
+        }
+        self.revision = patch.revision;
         self.forget(at_s);
         let record = Record::Changed {
             revision: patch.revision,
             at_s,
             changes,
         };
-        Ok((patch, record))
+        Ok((patch, Some(record)))
     }
 
     /// Drops history, now and then: the plan of a fleet that flies for days stays as small as that
@@ -726,17 +759,17 @@ impl FlownPlan {
         let is_new = |it: &&Violation| {
             it.matters_from(from_s) && !told.unavoidable.contains(it) && !known.contains(it)
         };
-        let new = plan.violations.iter().filter(is_new);
-        let new: Refusals = new
-            .map(|it| refusal(Code::NotVerified, "params", it.to_string()))
-            .collect();
+        let new: Vec<Violation> = plan.violations.iter().filter(is_new).cloned().collect();
         if !new.is_empty() {
             // Why, where a drone has found no path.
             let out = told.refused.iter().map(|it| {
                 let place = place_of(&it.name, changes);
                 refusal(Code::NoPlan, place, format!("`{}`: {}", it.name, it.reason))
             });
-            return Err(Failed::Refused(new.into_iter().chain(out).collect()));
+            let found = new.iter();
+            let found = found.map(|it| refusal(Code::NotVerified, "params", it.to_string()));
+            let refusals = found.chain(out).collect();
+            return Err(Failed::NotVerified(new, refusals));
         }
         Ok(self.patch(told))
     }
@@ -1064,8 +1097,9 @@ fn of_change(error: &ChangeError, changes: &[OneChange]) -> Refusal {
         | ChangeError::Gone(drone) => (Code::Change, Some(drone)),
         ChangeError::Delay { drone, .. }
         | ChangeError::Misplaced { drone, .. }
+        | ChangeError::Number { drone, .. }
         | ChangeError::TooLarge { drone, .. } => (Code::Change, Some(drone)),
-        ChangeError::Number(_) | ChangeError::Given(_) => (Code::Change, None),
+        ChangeError::Given(_) => (Code::Change, None),
     };
     let place = match (code, drone) {
         (Code::Time | Code::ClockBack, _) => "params.at_s".to_owned(),

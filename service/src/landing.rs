@@ -107,11 +107,11 @@ impl Landings {
         })
     }
 
-    /// The place of a drone will not do.
-    pub(crate) fn ban(&mut self, drone: &str) {
-        if let Some(it) = self.all.iter_mut().find(|it| it.drone == drone) {
-            it.banned.extend(it.chosen.take());
-        }
+    /// The place of a drone will not do; whether it had one.
+    pub(crate) fn ban(&mut self, drone: &str) -> bool {
+        let one = self.all.iter_mut().find(|it| it.drone == drone);
+        let place = one.and_then(|it| Some((it.chosen.take()?, &mut it.banned)));
+        place.is_some_and(|(place, banned)| banned.insert(place))
     }
 
     /// A drone is not there.

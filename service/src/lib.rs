@@ -16,8 +16,9 @@
 //! 1. `message`: requests, answers and records as data, with their JSON schema.
 //! 2. `off_plan`: where a drone says it is, against where its plan has it.
 //! 3. `landing`: where the drones that fly could land.
-//! 4. `handler`: what a request does.
-//! 5. [`airspace`]: several planners of one site, each with an area of its own.
+//! 4. `repeated`: which keys a request has twice.
+//! 5. `handler`: what a request does.
+//! 6. [`airspace`]: several planners of one site, each with an area of its own.
 
 pub mod airspace;
 pub mod message;
@@ -25,5 +26,6 @@ pub mod message;
 mod handler;
 mod landing;
 mod off_plan;
+mod repeated;
 
 pub use handler::{Handled, ReplayError, Service};

@@ -168,8 +168,8 @@ pub struct Remove {
 pub struct Fail {
     /// Its name.
     pub drone: String,
-    /// Where its rotor plane's centre lies (m); left out: on the highest surface below where its
-    /// plan has it.
+    /// Where its rotor plane's centre lies (m), on the floor or an obstacle, to 5 cm; left out: on
+    /// the highest surface below where its plan has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(inner(range(min = PLACE_M.low, max = PLACE_M.high)))]
     pub lies_m: Option<[f64; 3]>,
@@ -442,7 +442,7 @@ pub enum Code {
     Malformed,
     /// No such method.
     UnknownMethod,
-    /// A field that is missing, unknown, or of another kind.
+    /// A field that is missing, unknown, given twice, or of another kind.
     Field,
     /// The line is too long, or lists too much.
     TooMuch,

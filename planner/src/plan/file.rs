@@ -220,9 +220,10 @@ fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
         let path = error.path().to_string();
         let error = error.inner();
         let mut others = faults(text);
-        // What was found is what stands there, or something in it.
+        // What was found is what stands there, or something in it, or the whole is no object.
         let below = path.strip_suffix('.').unwrap_or(&path);
-        match others.iter().position(|it| it.place.starts_with(below)) {
+        let is_it = |it: &FieldFault| it.place.is_empty() || it.place.starts_with(below);
+        match others.iter().position(is_it) {
             Some(first) => {
                 let fault = others.remove(first);
                 NotAPlan::field(fault.place, fault.what, error, others)
@@ -253,8 +254,9 @@ impl NotAPlan {
         let (line, column) = (error.line(), error.column());
         let place = format!(" at line {line} column {column}");
         let reason = what.strip_suffix(&place).unwrap_or(&what).to_owned();
+        let path = if path.is_empty() { "." } else { &path };
         NotAPlan::Field {
-            path,
+            path: path.to_owned(),
             reason,
             line,
             column,

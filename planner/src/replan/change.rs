@@ -9,7 +9,7 @@ use super::{GivenError, given};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
 use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
-use crate::scenario::placement::{Spot, misplaced};
+use crate::scenario::placement::{SUPPORT_TOLERANCE_M, Spot, landing_place_m, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::prepare::ending_from;
@@ -33,12 +33,12 @@ pub enum Change {
         drone: String,
     },
     /// A drone has failed and come down: its wake has ended, and its body lies there until that is
-    /// removed, under the name [`wreck_of`] it.
+    /// removed, as `NAME (wreck)`, or `NAME (wreck 2)` where that is in the plan already.
     Failed {
         /// Its name.
         drone: String,
-        /// Where its rotor plane's centre lies (m); `None`: on the highest surface below where the
-        /// plan has it.
+        /// Where its rotor plane's centre lies (m), on the floor or an obstacle; `None`: on the
+        /// highest surface below where the plan has it.
         lies_m: Option<Point3<f64>>,
     },
     /// A drone of another planner flies this from now on, whatever is planned here: body and wake
@@ -79,16 +79,23 @@ impl Change {
 }
 
 /// What follows a drone's name in that of its wreck.
-const WRECK: &str = " (wreck)";
+const WRECK: &str = " (wreck";
 
-/// The name of what lies where a drone came down.
-pub fn wreck_of(drone: &str) -> String {
-    format!("{drone}{WRECK}")
+/// The name of what lies where a drone came down, in the plan of these drones: a drone of that name
+/// may have come down before.
+pub(super) fn wreck_of(drone: &str, drones: &[Drone]) -> String {
+    let numbered = (2_usize..).map(|nth| format!("{drone}{WRECK} {nth})"));
+    let is_known = |name: &String| drones.iter().any(|it| it.name == *name);
+    let first = format!("{drone}{WRECK})");
+    let mut names = std::iter::once(first).chain(numbered);
+    (names.find(|name| !is_known(name))).expect("there are more numbers than drones")
 }
 
 /// Whether a name is that of what lies where a drone came down.
 fn is_wreck(name: &str) -> bool {
-    name.ends_with(WRECK)
+    let rest = name.rsplit_once(WRECK);
+    rest.and_then(|(_, rest)| rest.strip_suffix(')'))
+        .is_some_and(|nth| nth.is_empty() || nth.trim_start().parse::<usize>().is_ok())
 }
 
 /// What is wrong with a change, or with the moment.
@@ -135,8 +142,13 @@ pub enum ChangeError {
         by_s: f64,
     },
     /// A number that no scenario may have.
-    #[error(transparent)]
-    Number(Box<WorldError>),
+    #[error("{fault}")]
+    Number {
+        /// The drone's name.
+        drone: String,
+        /// What is wrong with which number.
+        fault: Box<WorldError>,
+    },
     /// A place where it cannot be.
     #[error("{why}")]
     Misplaced {
@@ -220,29 +232,23 @@ pub(super) fn problems(
             {
                 found.push(ChangeError::Fixed(name.to_owned()));
             }
-            (Change::Failed { lies_m, .. }, Some(_)) => {
-                let wreck = wreck_of(name);
+            (Change::Failed { lies_m, .. }, Some(index)) => {
+                let wreck = wreck_of(name, &world.drones);
                 let fault = name_fault(&wreck).map(|fault| WorldError::Name {
                     whose: format!("the wreck of `{name}`"),
                     fault,
                 });
-                found.extend(fault.map(|it| ChangeError::Number(Box::new(it))));
-                if world.drones.iter().any(|known| known.name == wreck) {
-                    found.push(ChangeError::Known(wreck));
-                } else if !seen.insert(wreck.clone()) {
+                found.extend(fault.map(|fault| number(name, fault)));
+                if !seen.insert(wreck.clone()) {
                     found.push(ChangeError::Twice(wreck));
                 }
                 // Whether a body fits there is not asked: it lies there.
-                let (min, max) = (world.bounds_m.min, world.bounds_m.max);
-                let is_inside =
-                    |at_m: &Point3<f64>| (0..3).all(|k| min[k] <= at_m[k] && at_m[k] <= max[k]);
-                let lies_m = lies_m.filter(|it| !is_inside(it));
-                found.extend(lies_m.map(|it| ChangeError::Misplaced {
+                let radius_m = world.drones[index].vehicle.body_radius_m;
+                let fault = |it| Some((it, lying_fault(world, solids, it, radius_m)?));
+                let fault = lies_m.and_then(fault);
+                found.extend(fault.map(|(it, what)| ChangeError::Misplaced {
                     drone: name.to_owned(),
-                    why: format!(
-                        "`{name}` lies at ({}, {}, {}) m, which is outside the bounds",
-                        it.x, it.y, it.z
-                    ),
+                    why: format!("`{name}` lies at ({}, {}, {}) m, {what}", it.x, it.y, it.z),
                 }));
             }
             (Change::Retasked { .. } | Change::Landed { .. }, Some(index)) if !goes_on(index) => {
@@ -289,9 +295,10 @@ pub(super) fn problems(
             at_s,
         );
         faults.extend(world.slow_to_stop(drone));
-        faults
+        let faults = faults.into_iter();
+        faults.map(move |fault| number(&drone.name, fault))
     });
-    found.extend(faults.map(|fault| ChangeError::Number(Box::new(fault))));
+    found.extend(faults);
     placed.retain(|drone| {
         let goals_m = drone.tasks.iter().map(|task| task.to_m);
         let mut places_m = goals_m.chain([drone.start_m]);
@@ -329,4 +336,32 @@ pub(super) fn problems(
         }
     }
     found
+}
+
+fn number(drone: &str, fault: WorldError) -> ChangeError {
+    ChangeError::Number {
+        drone: drone.to_owned(),
+        fault: Box::new(fault),
+    }
+}
+
+/// What is wrong with a place (m) for a wreck of a radius (m): a plan knows none in mid-air.
+fn lying_fault(
+    world: &World,
+    solids: &Solids,
+    lies_m: Point3<f64>,
+    radius_m: f64,
+) -> Option<String> {
+    let (min, max) = (world.bounds_m.min, world.bounds_m.max);
+    if !(0..3).all(|k| min[k] <= lies_m[k] && lies_m[k] <= max[k]) {
+        return Some("which is outside the bounds".to_owned());
+    }
+    let rest_m = landing_place_m(&world.bounds_m, solids, lies_m, radius_m);
+    let gap_m = lies_m.z - rest_m.z;
+    (gap_m > SUPPORT_TOLERANCE_M).then(|| {
+        format!(
+            "{gap_m:.3} m above what it could lie on: say a height of {:.3} m, or no place",
+            rest_m.z
+        )
+    })
 }

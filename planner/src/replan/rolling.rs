@@ -83,7 +83,7 @@ pub struct Running {
     plan: Plan,
     /// What the verifier has found of it.
     judgements: Judgements,
-    /// The world's obstacles, for places that are new.
+    /// The world's obstacles and zones that keep bodies out, for places that are new.
     solids: Arc<Solids>,
     /// Its roadmap grows with new stops; its agents are those of the last change.
     job: Job,
@@ -109,8 +109,8 @@ pub struct Replanned {
     /// not let in. One that would run into others like that, or had to give way to one that stops,
     /// stops as well.
     pub refused: Vec<Unplanned>,
-    /// Violations that begin before the drones in them could be made to do anything else, as of a
-    /// late drone that is in another's way, or within its margins, already; and of a drone that is
+    /// Violations that are not over, and begin before the drones in them could be made to do
+    /// anything else, as of a late drone that is in another's way, or within its margins, already; and of a drone that is
     /// gone those that the other has no path out of. None that a drone was sent into. They are in
     /// the plan, too.
     pub unavoidable: Vec<Violation>,
@@ -183,7 +183,7 @@ impl Running {
             });
         }
         let mut running = Running {
-            solids: Arc::new(Solids::new(&world.obstacles)),
+            solids: Arc::new(Solids::of(&world)),
             costmap: job.costmap(&world, 0),
             steps: None,
             judgements: Judgements::default(),
@@ -247,6 +247,7 @@ impl Running {
                 false => involved.iter().any(|it| is_early(it)),
             };
             violation.from_s >= 0.0
+                && violation.matters_from(at.seconds())
                 && is_too_late
                 // Who was sent into it could have been left where it was.
                 && !involved.iter().any(|it| it.is_sent && !is_early(it))
@@ -393,11 +394,10 @@ impl Running {
             {
                 let entry = &mut self.plan.drones[index];
                 entry.enters_s = Some(since.seconds());
-                let flies = track.legs.first().is_some_and(|leg| leg.flying);
-                entry.at_start = if flies {
-                    AtStart::Hover
-                } else {
+                entry.at_start = if track.agent.grounded {
                     AtStart::Landed
+                } else {
+                    AtStart::Hover
                 };
                 let kinds = &self.job.kinds;
                 write_legs(entry, &track.agent, &track.legs, |leg| {
@@ -763,7 +763,7 @@ impl Turn<'_> {
             ..TrajectoryEntry::default()
         };
         let wreck = DronePlan {
-            name: change::wreck_of(&failed.name),
+            name: change::wreck_of(&failed.name, &self.running.world.drones),
             enters_s: (at > Tick(0)).then_some(at_s),
             at_start: AtStart::Landed,
             at_end: AtEnd::Land,
@@ -827,12 +827,10 @@ impl Turn<'_> {
         let first = track.legs.first().map_or(at, |leg| leg.start);
         let by = Tick::lasting(by_s).min(at.0 - first.0);
         let was = Tick(at.0 - by);
-        let rests = track
-            .legs
-            .iter()
-            .filter(|leg| leg.end > was)
-            .all(Leg::stays);
-        if by == 0 || !track.planned || rests && track.state(roadmap, was) == State::Ends {
+        // What is flown at a moment depends on the path this much earlier, too.
+        let since = was.before(track.agent.lead_ticks());
+        let mut ahead = track.legs.iter().filter(|leg| leg.end > since);
+        if by == 0 || ahead.all(Leg::stays) && track.state(roadmap, was) == State::Ends {
             // It is where it stays.
             return;
         }
@@ -956,7 +954,7 @@ impl Turn<'_> {
         let running = &mut *self.running;
         let roadmap = &mut running.job.roadmap;
         let known = roadmap.place_count();
-        let solids = (!running.world.obstacles.is_empty()).then_some(&*running.solids);
+        let solids = (!running.solids.is_empty()).then_some(&*running.solids);
         let vertices = roadmap.connect(&running.world.bounds_m, solids, stops);
         if roadmap.place_count() > known {
             renew_distances(running);

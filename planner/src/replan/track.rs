@@ -361,12 +361,15 @@ impl Track {
                 Tick::FOREVER => before,
                 end => end.before(lead).min(before),
             };
-            (leg.stays() && from <= until && until > first).then_some(until)
+            (leg.stays() && from <= until && until > first).then_some((until, !leg.flying))
         };
-        let since = self.legs.iter().rev().find_map(rests)?;
+        let (since, grounded) = self.legs.iter().rev().find_map(rests)?;
         let dwells = self.dwells(roadmap);
         let done = dwells.iter().filter(|dwell| dwell.1 <= since).count();
-        self.agent = self.agent_after(done);
+        self.agent = Agent {
+            grounded,
+            ..self.agent_after(done)
+        };
         if let (Some(dwell), Some(waypoint)) = (dwells.get(done), self.agent.waypoints.first_mut())
             && dwell.0 < since
         {

@@ -26,7 +26,7 @@ pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
     if name.trim().is_empty() {
         Some("empty")
     } else if name.chars().any(char::is_control) {
-        Some("has a line break or another control character in it")
+        Some("broken by a line break or another control character")
     } else if name.chars().count() > LONGEST_NAME {
         Some("longer than 100 characters")
     } else {

@@ -14,7 +14,7 @@ pub(crate) const REST_TOLERANCE_M: f64 = 0.005;
 
 /// Largest gap below the resting place of a drone that starts landed (m), chosen here: pads and
 /// racks are measured to a few centimetres.
-pub(super) const SUPPORT_TOLERANCE_M: f64 = 0.05;
+pub(crate) const SUPPORT_TOLERANCE_M: f64 = 0.05;
 
 /// A drone that is told to be where it cannot be.
 #[derive(Clone, Debug, PartialEq)]

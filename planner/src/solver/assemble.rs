@@ -7,7 +7,9 @@ use nalgebra::Point3;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::UNREACHABLE;
+use crate::plan::trajectory::SAME_TIME_S;
 use crate::plan::{AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
+use crate::scenario::solid::TOUCHING_M;
 use crate::scenario::world::{Drone, World};
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
@@ -73,6 +75,7 @@ pub(crate) fn write_legs(
     mass_kg: impl Fn(&Leg) -> f64,
 ) {
     let path = break_points(legs, lands_from(agent, legs), mass_kg);
+    let before = std::mem::take(&mut entry.trajectory);
     entry.trajectory = match &agent.smoothing {
         // A path that begins in motion cannot be flown: said to be smooth, it fails the verifier.
         Some(smoothing) => smoothing.kernel.smooth(&path).unwrap_or(TrajectoryEntry {
@@ -81,6 +84,7 @@ pub(crate) fn write_legs(
         }),
         None => path,
     };
+    keep_beginning(&mut entry.trajectory, &before);
     let flown = agent.flown(legs);
     let flying = || flown.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
@@ -92,6 +96,34 @@ pub(crate) fn write_legs(
             (begins_s, Some(begins_s))
         }
     };
+}
+
+/// Keeps how a trajectory was written as far as it begins as before: smoothed as part of another
+/// path it differs in its last digits.
+fn keep_beginning(trajectory: &mut TrajectoryEntry, before: &TrajectoryEntry) {
+    let is_near = |(a, b): (&Point3<f64>, &Point3<f64>)| (a - b).norm() < TOUCHING_M;
+    let (old, new) = (before, &*trajectory);
+    let is_same = |k: &usize| {
+        let (was, is) = (bends_before(old, *k), bends_before(new, *k));
+        (old.t_s[*k] - new.t_s[*k]).abs() < SAME_TIME_S
+            && is_near((&old.position_m[*k], &new.position_m[*k]))
+            && was.len() == is.len()
+            && was.iter().zip(is).all(is_near)
+    };
+    let most = old.t_s.len().min(new.t_s.len());
+    let count = (0..most).take_while(is_same).count();
+    let pieces = old.control_m.len().min(new.control_m.len());
+    let pieces = pieces.min(count.saturating_sub(1));
+    trajectory.t_s[..count].copy_from_slice(&before.t_s[..count]);
+    trajectory.position_m[..count].copy_from_slice(&before.position_m[..count]);
+    trajectory.control_m[..pieces].clone_from_slice(&before.control_m[..pieces]);
+}
+
+/// What bends the piece that ends at a break point (m); of a straight one nothing.
+fn bends_before(trajectory: &TrajectoryEntry, point: usize) -> &[Point3<f64>] {
+    let piece = point.checked_sub(1);
+    let bends = piece.and_then(|piece| trajectory.control_m.get(piece));
+    bends.map_or(&[], |bends| bends)
 }
 
 /// Writes down how an agent goes from its departure on: when it arrives, and what the others cost

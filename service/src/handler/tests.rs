@@ -240,6 +240,26 @@ fn all_that_is_wrong_with_a_request_is_told_at_once() {
     assert_eq!(places, ["params.changes[0].late.by_s", "params.changes[1]"]);
 }
 
+#[test]
+fn a_load_or_a_name_that_cannot_be_is_told_at_its_change() {
+    let mut service = opened();
+    let heavy = json!({"to_m": [10.5, 2.5, 3], "load_kg": 999});
+    let changes = json!([
+        {"retask": {"drone": "right", "tasks": [{"to_m": [10.5, 8.5, 3]}]}},
+        {"retask": {"drone": "left", "tasks": [heavy]}},
+        {"add": {"drone": "a\nb", "like": "left", "start_m": [5.5, 5.5, 2]}},
+    ]);
+    let told = tell(&mut service, &change(1, 2.0, &changes));
+    let error = told.answer.error.unwrap();
+    assert_eq!(error.place, "params.changes[1]", "{error:?}");
+    let [name] = &error.also[..] else {
+        panic!("{error:?}")
+    };
+    assert_eq!(name.place, "params.changes[2]");
+    let words = "is broken by a line break or another control character";
+    assert!(name.message.ends_with(words), "{}", name.message);
+}
+
 /// Every value in a request, by its path.
 fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
     found.push(at.to_owned());
@@ -367,6 +387,13 @@ fn a_plan_that_is_handed_in_and_is_none_is_told_at_its_field() {
             "`t_s[0]`: a number, not \"0\""
         )
     );
+    for none in [json!("x"), json!(3), json!([1])] {
+        let open = json!({"method": "open", "params": {"scenario": PAIR, "plan": none}});
+        let error = tell(&mut Service::default(), &open).answer.error.unwrap();
+        let told = (error.code, &error.place[..], error.also.len());
+        assert_eq!(told, (Code::Plan, "params.plan", 0), "{none}");
+        assert!(error.message.starts_with("an object with"), "{error:?}");
+    }
 }
 
 #[test]
@@ -559,7 +586,11 @@ fn a_plan_that_was_changed_in_flight_is_taken_over_with_a_scenario_that_says_wha
     let requests = [
         change(1, 3.0, &json!([third(), retask])),
         // By then what was flown at first is dropped.
-        change(2, 90.0, &json!([{"late": {"drone": "left", "by_s": 1}}])),
+        change(
+            2,
+            90.0,
+            &json!([{"retask": {"drone": "left", "tasks": [{"to_m": [19.5, 2.5, 1.5]}]}}]),
+        ),
         change(
             3,
             120.0,
@@ -960,6 +991,181 @@ fn a_drone_that_is_about_to_take_off_lands_as_one_that_flies() {
         assert!(left.airborne_s.1.is_some(), "{:?}", left.airborne_s);
         assert!(planned_m(&service, "left", 90.0)[2] < 0.2);
     }
+}
+
+#[test]
+fn a_drone_that_took_off_and_has_hovered_for_longer_than_history_is_kept_descends() {
+    for motion in ["Straight", "Smooth"] {
+        let text = PAIR.replace(
+            "start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (20.5, 2.5, 1.5))]",
+            "start_m: (2.5, 2.5, 0.1), at_start: Landed, tasks: [(to_m: (2.5, 2.5, 1.5))]",
+        );
+        let rules = format!("(24, 12, 4)), planning: (motion: {motion}),");
+        let mut service = open(&text.replace("(24, 12, 4)),", &rules));
+        let late = json!([{"retask": {"drone": "right", "tasks": [{"to_m": [4.5, 8.5, 1.5]}]}}]);
+        tell(&mut service, &change(1, 100.0, &late));
+        assert!(flown(&service).drones[0].enters_s.is_some(), "{motion}");
+        assert!(land_all(&mut service, 110.0).record.is_some(), "{motion}");
+        let left = flown(&service).drones[0].clone();
+        let down_s = left.airborne_s.1.unwrap();
+        assert!(down_s > 110.5, "{motion}: {down_s}");
+        assert!(planned_m(&service, "left", 110.1)[2] > 1.3, "{motion}");
+    }
+}
+
+#[test]
+fn a_zone_that_keeps_bodies_out_is_kept_clear_of_in_flight_as_an_obstacle_is() {
+    let text = r#"Scenario(
+  name: "desk",
+  bounds_m: (min: (0, 0, 0), max: (24, 12, 4)),
+  zones: [
+    (name: "desk", min_m: (4, 0, 0), max_m: (8, 5, 1), keep_out: true),
+    (name: "net", min_m: (15.9, 0, 0), max_m: (16.1, 12, 2.5), keep_out: true),
+  ],
+  drones: [(name: "left", airframe: "kolibri", start_m: (1.5, 2.5, 3), tasks: [(to_m: (12.5, 2.5, 3))])],
+  planning: (motion: Straight),
+)"#;
+    let mut service = open(text);
+    let mut times_s = (0..100).map(|tick| 0.1 * f64::from(tick));
+    let over_s = times_s.find(|at_s| planned_m(&service, "left", *at_s)[0] > 5.0);
+    let over_s = over_s.expect("it flies over the desk");
+    let goal = json!([6, 2.5, 0.5]);
+    let comes = json!({"drone": "third", "like": "left", "start_m": [12.5, 9.5, 3],
+        "tasks": [{"to_m": [6, 2.5, 3]}], "at_end": "land"});
+    for (asked, words) in [
+        (
+            json!({"land": {"drone": "left", "over_m": [6, 2.5, 3]}}),
+            "zone `desk`",
+        ),
+        (
+            json!({"retask": {"drone": "left", "tasks": [{"to_m": goal}]}}),
+            "zone `desk`",
+        ),
+        (json!({"add": comes}), "zone `desk`"),
+    ] {
+        let told = tell(&mut service, &change(1, 0.5, &json!([asked])));
+        let error = told.answer.error.expect("it keeps bodies out");
+        let told = (error.code, &error.place[..]);
+        assert_eq!(told, (Code::Change, "params.changes[0]"), "{error:?}");
+        assert!(error.message.contains(words), "{error:?}");
+    }
+    let behind = json!([{"retask": {"drone": "left", "tasks": [{"to_m": [16.4, 5.7, 1]}]}}]);
+    let told = tell(&mut service.clone(), &change(1, 0.5, &behind)).answer;
+    assert_eq!(told.patch().expect("over the net").refused, []);
+
+    let told = land_all(&mut service, over_s);
+    let Some(Told::Landing(landing)) = told.answer.result else {
+        panic!("{:?}", told.answer.error);
+    };
+    assert_eq!(landing.not_landing, Vec::<String>::new());
+    assert!(flown(&service).drones[0].airborne_s.1.is_some());
+}
+
+#[test]
+fn a_drone_that_stops_for_want_of_a_path_and_is_late_is_set_back_and_one_that_is_there_is_none() {
+    for motion in ["Straight", "Smooth"] {
+        let rules = format!("(24, 12, 4)), planning: (motion: {motion}),");
+        let low = PAIR.replace("(20.5, 2.5, 1.5)", "(20.5, 2.5, 0.3)");
+        let mut service = open(&low.replace("(24, 12, 4)),", &rules));
+        let fail = json!([{"fail": {"drone": "right", "lies_m": [20.5, 2.5, 0.1]}}]);
+        let told = tell(&mut service, &change(1, 3.0, &fail));
+        assert_eq!(told.answer.patch().unwrap().refused[0].name, "left");
+        let mut revision = 2;
+        for at_s in [3.5, 4.0, 4.5, 7.0] {
+            let was_m = planned_m(&service, "left", at_s - 1.0);
+            let rests = was_m == planned_m(&service, "left", at_s);
+            let told = tell(&mut service, &state(at_s, "left", was_m));
+            let Some(Told::Seen(seen)) = told.answer.result else {
+                panic!("{motion} at {at_s}: {:?}", told.answer.error);
+            };
+            let late = seen.patch.map_or(0, |it| it.changed.len());
+            assert_eq!((late, seen.off_path), (usize::from(!rests), vec![]));
+            assert_eq!(told.record.is_some(), !rests, "{motion} at {at_s}");
+            revision += u64::from(!rests);
+            assert_eq!(seen.revision, revision, "{motion} at {at_s}");
+            flown(&service);
+        }
+        let late = json!([{"late": {"drone": "left", "by_s": 1}}]);
+        let told = tell(&mut service, &change(revision, 60.0, &late));
+        assert_eq!(
+            (told.answer.patch().unwrap().revision, told.record),
+            (revision, None)
+        );
+    }
+}
+
+#[test]
+fn a_drone_under_the_name_of_one_that_has_failed_before_can_be_told_to_fail() {
+    let mut service = opened();
+    let fail = json!({"fail": {"drone": "left"}});
+    let comes = json!({"add": {"drone": "left", "like": "right", "start_m": [10.5, 10.5, 1.5],
+        "tasks": [{"to_m": [20.5, 10.5, 1.5]}]}});
+    let away = json!({"retask": {"drone": "right", "tasks": [{"to_m": [2.5, 5.5, 1.5]}]}});
+    let mut patched = |revision, at_s, changes| {
+        let told = tell(&mut service, &change(revision, at_s, &changes));
+        let patch = told.answer.patch().cloned();
+        let patch = patch.unwrap_or_else(|| panic!("{:?}", told.answer.error));
+        let names = patch.changed.into_iter().map(|it| it.drone);
+        names.collect::<Vec<_>>()
+    };
+    let names = patched(1, 1.0, json!([fail]));
+    assert_eq!(names, ["left", "left (wreck)"]);
+    patched(2, 70.0, json!([away]));
+    assert_eq!(patched(3, 86.0, json!([comes])), ["left"]);
+    let clears = json!({"remove": {"drone": "left (wreck)"}});
+    let names = patched(4, 88.0, json!([clears, fail]));
+    assert_eq!(names, ["left (wreck)", "left", "left (wreck 2)"]);
+    let clears = json!([{"remove": {"drone": "left (wreck 2)"}}]);
+    assert_eq!(patched(5, 90.0, clears), ["left (wreck 2)"]);
+    flown(&service);
+}
+
+#[test]
+fn keys_that_are_given_twice_are_told_all_at_their_places_and_none_of_them_counts() {
+    let mut service = opened();
+    let before = plan_text(&mut service);
+    let line = r#"{"method": "change", "params": {"revision": 7, "revision": 1, "at_s": 2, "changes":
+        [{"late": {"drone": "left", "by_s": 1}, "late": {"drone": "right", "by_s": 9, "by_s": 1}}]}}"#;
+    let error = service.handle(line, &|| 0.0).answer.error.unwrap();
+    assert_eq!(
+        (error.code, error.message),
+        (Code::Field, "`revision` is given twice".to_owned())
+    );
+    let also = error.also.iter().map(|it| &it.place[..]);
+    let also: Vec<&str> = also.collect();
+    assert_eq!(error.place, "params.revision");
+    assert_eq!(
+        also,
+        ["params.changes[0].late", "params.changes[0].late.by_s"]
+    );
+    assert_eq!(plan_text(&mut service), before);
+}
+
+#[test]
+fn a_landing_that_the_verifier_does_not_let_pass_is_looked_for_elsewhere() {
+    let closed = |zones: &str| {
+        let rules = format!("(24, 12, 4)), planning: (motion: Straight), zones: [{zones}],");
+        PAIR.replace("(24, 12, 4)),", &rules)
+    };
+    let net = r#"(name: "net", min_m: (6.4, 2.4, 0), max_m: (6.6, 2.6, 1), keep_out: true)"#;
+    let mut service = open(&closed(net));
+    // What plans knows of no zone.
+    let world = planner::read_world(&closed("")).unwrap();
+    let flown = service.flown.as_mut().unwrap();
+    flown.running = planner::Running::new(world, flown.running.plan().clone()).unwrap();
+    let over = |at_s: &f64| (planned_m(&service, "left", *at_s + 0.5)[0] - 6.5).abs() < 0.3;
+    let mut times_s = (0..100).map(|tick| 0.1 * f64::from(tick));
+    let at_s = times_s.find(over).expect("it flies over the net");
+    let told = land_all(&mut service, at_s);
+    let Some(Told::Landing(landing)) = told.answer.result else {
+        panic!("{:?}", told.answer.error);
+    };
+    assert_eq!(landing.not_landing, Vec::<String>::new());
+    let down_m = planned_m(&service, "left", 90.0);
+    assert!(
+        down_m[2] < 0.2 && (down_m[0] - 6.5).abs() > 0.3,
+        "{down_m:?}"
+    );
 }
 
 /// A pair of which one leaves.

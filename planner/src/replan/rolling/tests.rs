@@ -96,6 +96,12 @@ fn sound(running: &Running) {
     assert_eq!(verify(plan).violations, []);
 }
 
+/// What the plan violates and is not over at a moment (s).
+fn ahead(running: &Running, at_s: f64) -> Vec<Violation> {
+    let all = running.plan().violations.iter();
+    all.filter(|it| it.matters_from(at_s)).cloned().collect()
+}
+
 /// What was judged before a change and still holds is what the whole plan judged anew says.
 fn exposed_as_judged_anew(running: &Running) {
     let plan = running.plan();
@@ -652,17 +658,21 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
         wrong,
         Err(vec![ChangeError::Fixed("d1 (wreck)".to_owned())])
     );
-    let outside = Change::Failed {
-        drone: "d3".to_owned(),
-        lies_m: Some(Point3::new(-3.0, 0.0, 0.0)),
-    };
-    let wrong = running
-        .replan(5.0, &[outside], &Control::QUIET)
-        .expect_err("outside");
-    assert!(
-        wrong[0].to_string().contains("outside the bounds"),
-        "{wrong:?}"
-    );
+    for (lies_m, words) in [
+        (Point3::new(-3.0, 0.0, 0.0), "outside the bounds"),
+        (
+            Point3::new(x, y, z + 0.1),
+            "0.100 m above what it could lie on: say a height of 0.198 m",
+        ),
+    ] {
+        let lies = Change::Failed {
+            drone: "d3".to_owned(),
+            lies_m: Some(lies_m),
+        };
+        let wrong = running.replan(5.0, &[lies], &Control::QUIET);
+        let wrong = wrong.expect_err("no place for it");
+        assert!(wrong[0].to_string().contains(words), "{wrong:?}");
+    }
     running
         .replan(6.0, &[removed("d1 (wreck)")], &Control::QUIET)
         .expect("it is carried off");
@@ -686,7 +696,7 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
         .replan(7.0, &[comes(&long)], &Control::QUIET)
         .expect("it comes");
     let wrong = running.replan(8.0, &[fails(&long)], &Control::QUIET);
-    assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number(_)])));
+    assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number { .. }])));
 }
 
 /// A day in the life of a few drones: each is told another task once it has done the last, some

@@ -71,7 +71,7 @@ fn a_late_drone_on_a_path_found_on_finer_cells_is_planned_on_with_those_in_its_w
         assert!(told.changed.iter().any(gives_way), "{told:#?}");
         assert_eq!(told.refused, [], "{drone} at {at_s} s");
         // It is within another's wake already.
-        assert_eq!(running.plan().violations, told.unavoidable);
+        assert_eq!(ahead(&running, at_s), told.unavoidable);
         states_what_follows(&running);
     }
 }
@@ -131,4 +131,30 @@ fn those_in_whose_way_one_stops_that_is_gone_give_way_or_cannot() {
         ways_out += usize::from(gave_way && told.unavoidable.is_empty());
     }
     assert!(ways_out > 0);
+}
+
+#[test]
+fn what_a_drone_has_flown_stays_to_the_byte_when_it_is_taken_out_or_sent_elsewhere() {
+    let rests = flown(
+        r#"Scenario(name: "down", bounds_m: (min: (0, 0, 0), max: (18, 14, 7)), drones: [
+          (name: "left", airframe: "kolibri", start_m: (8.5, 7.5, 5.5), at_end: Land)])"#,
+    );
+    let elsewhere = retasked("left", vec![task(10.5, 8.5, 2.5)]);
+    for (running, at_s, change) in [
+        (rests, 10.0, removed("left")),
+        (yard("Land"), 7.3, removed("left")),
+        (yard("Hover"), 7.3, elsewhere.clone()),
+        (yard("Leave"), 3.1, elsewhere),
+    ] {
+        let mut running = running;
+        let before = find(running.plan(), "left").trajectory.clone();
+        changed(&mut running, at_s, change);
+        sound(&running);
+        let after = &find(running.plan(), "left").trajectory;
+        let flown = before.t_s.partition_point(|t_s| *t_s <= at_s);
+        assert!(flown > 1, "{:?}", before.t_s);
+        assert_eq!(after.t_s[..flown], before.t_s[..flown]);
+        assert_eq!(after.position_m[..flown], before.position_m[..flown]);
+        assert_eq!(after.control_m[..flown - 1], before.control_m[..flown - 1]);
+    }
 }
