@@ -67,8 +67,8 @@ impl Map {
 }
 
 /// Identifies a thrust map for every airframe that logs specific force and what tells its thrust,
-/// over all recordings, and gives it to its drones. Where that fails the recordings say so, and keep the map
-/// that their metadata state, if any.
+/// over all recordings, and gives it to its drones. Where that fails the recordings say so, and
+/// keep the map that their metadata state, if any.
 pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
     let mut members_of: BTreeMap<(String, ThrustSource), Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {

@@ -131,8 +131,8 @@ pub(super) fn check(
     }
 }
 
-/// Where speeds of rotors tell the thrust, duty cycles and battery are not needed: with a value that
-/// cannot be they are left alone, not the rows.
+/// Where speeds of rotors tell the thrust, duty cycles and battery are not needed: with a value
+/// that cannot be they are left alone, not the rows.
 pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, found: &mut Found) {
     let has = |role| samples.columns.contains_key(&role);
     let is_felt = limits.acceleration.is_some() && has(Role::Acceleration(0));
