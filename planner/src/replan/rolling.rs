@@ -110,9 +110,9 @@ pub struct Replanned {
     /// stops as well.
     pub refused: Vec<Unplanned>,
     /// Violations that are not over, and begin before the drones in them could be made to do
-    /// anything else, as of a late drone that is in another's way, or within its margins, already; and of a drone that is
-    /// gone those that the other has no path out of. None that a drone was sent into. They are in
-    /// the plan, too.
+    /// anything else, as of a late drone that is in another's way, or within its margins, already;
+    /// and of a drone that is gone those that the other has no path out of. None that a drone was
+    /// sent into. They are in the plan, too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
