@@ -156,11 +156,10 @@ impl Instrument {
                 for (stage, lag_s) in lags_s.iter().enumerate().filter(|it| *it.1 > 0.0) {
                     let taken = 1.0 - (-fine_s / lag_s).exp();
                     let [went_in, held] = &mut state[stage];
-                    for k in 0..2 {
-                        let within = 0.5 * (went_in[k] + now[k]);
-                        went_in[k] = now[k];
-                        held[k] += taken * (within - held[k]);
-                        now[k] = held[k];
+                    let before = std::mem::replace(went_in, now);
+                    for ((held, before), now) in held.iter_mut().zip(before).zip(&mut now) {
+                        *held += taken * (0.5 * (before + *now) - *held);
+                        *now = *held;
                     }
                 }
             }
