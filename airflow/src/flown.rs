@@ -260,6 +260,17 @@ mod tests {
         let own_mps = plain().induced_velocity_mps();
         assert_eq!(wake.hover_velocity_mps(), own_mps);
         assert_eq!(wake.induced_velocity_mps(), 1.3 * own_mps);
+        // A mass that was found raises it no more, and lowers it.
+        for (mass_factor, expected) in [(1.5, 1.0), (0.6, 0.6_f64.sqrt())] {
+            let effects = Effects {
+                payload_mass: Some(PayloadMass::always(mass_factor)),
+                ..Effects::default()
+            };
+            let flown = Flown::of(&effects).expect("flown");
+            let wake = flown.wake(&plain());
+            assert_eq!(wake.hover_velocity_mps(), expected * own_mps);
+            assert_eq!(flown.hover_velocity_mps(own_mps), expected * own_mps);
+        }
     }
 
     #[test]

@@ -83,13 +83,14 @@
 //!
 //! # In reading order
 //!
-//! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. [`effects`]: what
-//! the hover jet leaves out, one table and one file each. `wake`: both fields joined, with the
-//! effects that shape one drone's steady jet; `wake/cross_section`: at one depth. `superposition`,
-//! `discs` and `field`: several drones, and a receiver. `surroundings` and `wall_jet`: a wake at
-//! one moment, and over a floor; `convection`: how fast air is carried down; `flown`: effects as a
-//! planner flies them. [`power`]: what it
-//! costs. `golden_section`: a minimum along one line, for the crates above.
+//! `air` and `airframe`: the source. `jet` and `far_field`: the paper's fit, below 2.5 l.
+//! `rotor_jets` and `near_field`: four jets that merge, above it. [`effects`]: what the hover jet
+//! leaves out, one table and one file each. `wake`: both fields joined, with the effects that shape
+//! one drone's steady jet; `wake/cross_section`: at one depth. `superposition`, `discs` and
+//! `field`: several drones, and a receiver. `surroundings` and `wall_jet`: a wake at one moment,
+//! and over a floor; `convection`: how fast air is carried down; `flown`: effects as a planner
+//! flies them. [`power`]: what it costs. `golden_section`: a minimum along one line, for the crates
+//! above.
 
 mod air;
 mod airframe;

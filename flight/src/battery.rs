@@ -62,7 +62,8 @@ fn energy_j(drone: &DronePlan, (ends_s, flown): (f64, &Flown)) -> f64 {
     let places_m = places_m.zip(at_m.iter().chain(at_m.last()));
     let masses_kg = path.mass_kg.first().into_iter().chain(&path.mass_kg);
     for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(masses_kg) {
-        let hover_mps = flown.hover_velocity_mps(drone.hover_mps(*times_s.0));
+        // Through thin air that was found, at the mass that is stated.
+        let hover_mps = drone.hover_mps(*times_s.0) / flown.density_kg_per_m3(1.0).sqrt();
         let weight_n = mass_kg * GRAVITY_MPS2;
         let flies_s = times_s.1.min(until_s) - times_s.0.max(from_s);
         let climbs_m = places_m.1.z - places_m.0.z;

@@ -349,7 +349,7 @@ impl Setting<'_> {
         let mut pilots: Vec<Pilot> = (0..fleet.crafts.len()).map(|k| self.pilot(k)).collect();
         let convection = self.air.map_or(1.0, |it| it.0);
         let highest_m = fleet.crafts.iter().map(|it| it.course.highest_m);
-        let height_m = highest_m.fold(fleet.bounds_m.max.z, f64::max) - fleet.bounds_m.min.z;
+        let height_m = highest_m.fold(fleet.bounds_m.min.z, f64::max) - fleet.bounds_m.min.z;
         let new = |craft: &Craft| {
             let air = Emitter::new(craft.wake.clone(), (convection, STEP_S), height_m + LINK_M);
             air.laden(craft.mass_kg, &craft.course.masses_kg)
@@ -585,8 +585,9 @@ impl Setting<'_> {
             pilot.body.position_m.z = floor_m;
             pilot.body.velocity_mps.z = pilot.body.velocity_mps.z.max(0.0);
         }
+        let most = MOST_THRUST * reference.mass_kg / craft.mass_kg;
         pilot.strength = (effort.thrust_n / dynamics.weight_n)
-            .clamp(0.05, MOST_THRUST * reference.mass_kg / craft.mass_kg)
+            .clamp(0.05, most.max(0.05))
             .sqrt();
         if is_told {
             pilot.tally.energy_j += effort.power_w * step_s;
@@ -831,6 +832,10 @@ mod tests {
         heavy.drones[0].trajectory.mass_kg[0] *= 5.0;
         let said = told(&heavy, &Options::default());
         assert!(said.contains("its rotors lift"), "{said}");
+        // However light it is.
+        let mut light = alone("");
+        light.drones[0].trajectory.mass_kg[0] *= 0.01;
+        assert!(flown(&light, &Options::default()).is_within_limits());
         // However little of it is flown, it is.
         let short = Options {
             until_s: Some(0.001),

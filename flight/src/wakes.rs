@@ -110,7 +110,7 @@ impl Emitter {
         };
         Emitter {
             reach_m: cuts.iter().map(reach_m).collect(),
-            past: VecDeque::with_capacity(cuts[cuts.len() - 1] + 2),
+            past: VecDeque::new(),
             wake,
             laden: Vec::new(),
             convection,

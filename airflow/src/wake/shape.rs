@@ -105,12 +105,12 @@ impl Shape {
         self.plain_mps * Shape::of_rotors(&self.effects)
     }
 
-    /// Factor on `U_H` of a drone's own rotors. Density changes it; a payload found counts where it
-    /// lowers it, since a finding may be about another drone of the fleet.
+    /// Factor on `U_H` of a drone's own rotors. Density changes it; a payload found that is carried
+    /// on counts where it lowers it, since a finding may be about another drone of the fleet.
     pub(crate) fn of_rotors(effects: &Effects) -> f64 {
         let payload = effects
             .payload_mass
-            .map_or(1.0, |payload| payload.factor(f64::INFINITY).min(1.0));
+            .map_or(1.0, |payload| payload.factor(f64::MAX).min(1.0));
         payload * effects.air_density.map_or(1.0, |effect| effect.factor())
     }
 
