@@ -494,7 +494,6 @@ fn drones_that_are_to_land_land_and_those_that_found_no_place_go_on_as_before() 
     }
 }
 
-/// Only there it can be given something else to do.
 /// One drone in a yard of its own.
 fn alone(at_end: &str, motion: &str) -> Running {
     let (world, plan) = planned(&format!(
@@ -537,6 +536,50 @@ fn a_drone_that_flies_and_is_told_no_place_comes_to_rest_and_lands() {
         let entry = find(running.plan(), "a");
         let last_m = entry.trajectory.position_m.last().expect("points");
         assert!(last_m.z < 0.2 && entry.at_end == AtEnd::Land, "{last_m}");
+    }
+}
+
+#[test]
+fn a_drone_that_drops_all_it_had_to_do_over_a_zone_is_refused_with_a_place_to_land_beside_it() {
+    let over_desk = |start_x_m: f64, motion: &str| {
+        let (world, plan) = planned(&format!(
+            r#"Scenario(name: "desk", bounds_m: (min: (0, 0, 0), max: (14, 10, 6)),
+            zones: [(name: "desk", min_m: (4, 3, 0), max_m: (8, 7, 1.5), keep_out: true)],
+            drones: [(name: "a", airframe: "kolibri", start_m: ({start_x_m}, 5.5, 3.5),
+              at_end: Land, tasks: [(to_m: (12.5, 5.5, 3.5))])],
+            planning: (motion: {motion}))"#
+        ));
+        Running::new(world, plan).expect("its plan")
+    };
+    let lands = Change::Landed {
+        drone: "a".to_owned(),
+        over_m: None,
+    };
+    for motion in ["Straight", "Smooth"] {
+        let mut running = over_desk(1.5, motion);
+        let before = running.plan().clone();
+        for change in [retasked("a", Vec::new()), lands.clone()] {
+            let told = running.replan(2.0, &[change], &Control::QUIET);
+            let [ChangeError::Misplaced { drone, why }] = &told.expect_err("no place to land")[..]
+            else {
+                panic!("{motion}: one place");
+            };
+            let words = ["`a` lands in keep_out zone `desk`", "nearest free place"];
+            assert!(
+                drone == "a" && words.iter().all(|it| why.contains(it)),
+                "{why}"
+            );
+        }
+        assert_eq!(*running.plan(), before);
+        // Where it began is not asked.
+        let mut running = over_desk(5.5, motion);
+        let dropped = [retasked("a", Vec::new())];
+        let told = running.replan(3.0, &dropped, &Control::QUIET);
+        assert_eq!(told.expect("beside the desk").refused, []);
+        sound(&running);
+        let entry = find(running.plan(), "a");
+        let last_m = entry.trajectory.position_m.last().expect("points");
+        assert!(last_m.z < 0.2 && last_m.x < 12.0, "{motion}: {last_m}");
     }
 }
 
