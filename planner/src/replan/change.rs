@@ -9,7 +9,9 @@ use super::{GivenError, given};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
 use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
-use crate::scenario::placement::{SUPPORT_TOLERANCE_M, Spot, landing_place_m, misplaced};
+use crate::scenario::placement::{
+    SUPPORT_TOLERANCE_M, Spot, landing_place_m, lying_place_m, misplaced,
+};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::prepare::ending_from;
@@ -376,10 +378,18 @@ fn lying_fault(
     }
     let rest_m = landing_place_m(&world.bounds_m, solids, lies_m, radius_m);
     let gap_m = lies_m.z - rest_m.z;
-    (gap_m > SUPPORT_TOLERANCE_M).then(|| {
-        format!(
-            "{gap_m:.3} m above what it could lie on: say a height of {:.3} m, or no place",
-            rest_m.z
-        )
-    })
+    if gap_m <= SUPPORT_TOLERANCE_M {
+        return None;
+    }
+    Some(
+        match lying_place_m(world, lies_m, radius_m).map(|it| it.z) {
+            Some(z_m) if z_m > lies_m.z => {
+                format!("in an obstacle: say a height of {z_m:.3} m, or no place")
+            }
+            Some(z_m) => format!(
+                "{gap_m:.3} m above what it could lie on: say a height of {z_m:.3} m, or no place"
+            ),
+            None => "where it has no room to lie: say no place".to_owned(),
+        },
+    )
 }

@@ -742,6 +742,62 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
     assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number { .. }])));
 }
 
+#[test]
+fn where_a_drone_cannot_lie_a_height_is_named_at_which_it_can_or_none() {
+    let text = |drones: &str| {
+        format!(
+            r#"Scenario(name: "desk", bounds_m: (min: (0, 0, 0), max: (14, 10, 4)), obstacles: [
+            (name: "desk", min_m: (8, 2, 0), max_m: (10, 3, 0.8)),
+            (name: "board", min_m: (11, 2, 2), max_m: (13, 3, 2.2)),
+        ], drones: [{drones}], planning: (motion: Straight))"#
+        )
+    };
+    let drones = r#"(name: "a", airframe: "kolibri", start_m: (1.5, 5.5, 1.5),
+        tasks: [(to_m: (12.5, 5.5, 1.5))])"#;
+    let (world, plan) = planned(&text(drones));
+    let running = Running::new(world, plan).expect("its plan");
+    let wrong = |lies_m: [f64; 3]| {
+        let lies = Change::Failed {
+            drone: "a".to_owned(),
+            lies_m: Some(lies_m.into()),
+        };
+        let wrong = running.check(2.0, &[lies]).err().unwrap_or_default();
+        wrong.first().map(ToString::to_string)
+    };
+    for (lies_m, words, height_m) in [
+        (
+            [9.2, 2.5, 0.4],
+            "in an obstacle: say a height of 0.896 m",
+            Some(0.896),
+        ),
+        (
+            [9.2, 2.5, 1.2],
+            "0.304 m above what it could lie on",
+            Some(0.896),
+        ),
+        (
+            [12.0, 2.5, 2.1],
+            "in an obstacle: say a height of 2.296 m",
+            Some(2.296),
+        ),
+        (
+            [12.0, 2.5, 1.0],
+            "say a height of 0.096 m, or no place",
+            Some(0.096),
+        ),
+        (
+            [7.95, 2.5, 0.9],
+            "no room to lie: say no place",
+            None,
+        ),
+    ] {
+        let told = wrong(lies_m).expect("in mid-air, or in an obstacle");
+        assert!(told.contains(words), "{told}");
+        let [x, y, _] = lies_m;
+        assert_eq!(height_m.and_then(|z| wrong([x, y, z])), None);
+    }
+}
+
 /// A day in the life of a few drones: each is told another task once it has done the last, some
 /// leave and others come.
 fn lives(text: &str, forgets: bool) -> Running {
