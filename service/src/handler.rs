@@ -661,7 +661,7 @@ impl FlownPlan {
             revision: self.revision,
             patch: Patch {
                 revision: self.revision,
-                from_s: (at_s * 100.0).ceil() / 100.0,
+                from_s: Running::moment_s(at_s),
                 changed: Vec::new(),
                 refused: Vec::new(),
                 unavoidable: Vec::new(),

@@ -209,6 +209,11 @@ impl Running {
         &self.world
     }
 
+    /// From when on a change at a time (s) has any effect: that, rounded up to whole hundredths (s).
+    pub fn moment_s(at_s: f64) -> f64 {
+        Tick(Tick::lasting(at_s)).seconds()
+    }
+
     /// Plans on from a moment, with these changes, and verifies the whole plan. Times go on
     /// counting from where the plan began, in whole hundredths of a second: `at_s` is rounded up.
     ///

@@ -422,6 +422,14 @@ fn a_patch_begins_at_the_hundredth_from_which_the_planner_changed_it() {
             panic!("{told:?}")
         };
         assert_eq!(patch.from_s, from_s);
+        // So does one in which all land already.
+        let mut service = open(THREE);
+        land_all(&mut service, at_s.floor());
+        let told = land_all(&mut service, at_s).answer;
+        let Some(Told::Landing(landing)) = told.result else {
+            panic!("{told:?}");
+        };
+        assert_eq!((landing.revision, landing.patch.from_s), (2, from_s));
     }
 }
 
