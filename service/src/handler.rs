@@ -229,11 +229,9 @@ impl Service {
         };
         *asked = METHODS.into_iter().find(|known| *known == method);
         if !repeated.is_empty() {
-            let told = repeated.into_iter().map(|place| {
-                let name = place.rsplit('.').next().unwrap_or(&place);
-                let message = format!("`{name}` is given twice");
-                refusal(Code::Field, place, message)
-            });
+            let told = repeated
+                .into_iter()
+                .map(|(place, key)| refusal(Code::Field, place, format!("`{key}` is given twice")));
             return Err(told.collect());
         }
         let params = fields.remove("params");
