@@ -605,12 +605,7 @@ impl FlownPlan {
                 Err(Failed::Refused(refusals)) => return Err(refusals),
                 Err(Failed::NotVerified(found, refusals)) => {
                     tries += 1;
-                    let mut banned = false;
-                    for it in &found {
-                        banned |= landings.ban(&it.drone)
-                            || it.with.as_ref().is_some_and(|with| landings.ban(with));
-                    }
-                    if !banned || tries == MOST_LANDINGS {
+                    if !landings.give_up(&found) || tries == MOST_LANDINGS {
                         return Err(refusals);
                     }
                     continue;
