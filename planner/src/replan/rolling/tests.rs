@@ -785,11 +785,7 @@ fn where_a_drone_cannot_lie_a_height_is_named_at_which_it_can_or_none() {
             "say a height of 0.096 m, or no place",
             Some(0.096),
         ),
-        (
-            [7.95, 2.5, 0.9],
-            "no room to lie: say no place",
-            None,
-        ),
+        ([7.95, 2.5, 0.9], "no room to lie: say no place", None),
     ] {
         let told = wrong(lies_m).expect("in mid-air, or in an obstacle");
         assert!(told.contains(words), "{told}");
@@ -888,6 +884,31 @@ fn what_is_forgotten_changes_nothing_that_is_still_flown() {
             points(&short),
             points(&whole)
         );
+    }
+}
+
+#[test]
+fn what_is_forgotten_leaves_the_rest_to_the_last_byte() {
+    let (world, plan) = planned(
+        r#"Scenario(name: "yard", bounds_m: (min: (0, 0, 0), max: (20, 14, 7)), drones: [
+            (name: "a", airframe: "kolibri", start_m: (1.5, 1.5, 2.5), at_end: Land, tasks: [
+              (to_m: (12.5, 1.5, 2.5), dwell_s: 3), (to_m: (3.5, 1.5, 2.5), dwell_s: 37),
+              (to_m: (14.5, 1.5, 2.5), dwell_s: 25), (to_m: (1.5, 1.5, 2.5))])],
+            planning: (motion: Smooth))"#,
+    );
+    let mut running = Running::new(world, plan).expect("its plan");
+    for at_s in [25.0, 78.0] {
+        let before = running.plan().drones[0].trajectory.clone();
+        let told = running.replan(at_s, &[], &Control::QUIET);
+        assert_eq!(told.expect("in order").changed, []);
+        running.forget(at_s);
+        let after = &running.plan().drones[0].trajectory;
+        let dropped = before.t_s.len() - after.t_s.len();
+        assert!(dropped > 0 && after.is_smooth());
+        // But for where it begins now.
+        assert_eq!(after.t_s[1..], before.t_s[dropped + 1..]);
+        assert_eq!(after.position_m[1..], before.position_m[dropped + 1..]);
+        assert_eq!(after.control_m[1..], before.control_m[dropped + 1..]);
     }
 }
 
