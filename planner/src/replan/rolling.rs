@@ -209,7 +209,7 @@ impl Running {
         &self.world
     }
 
-    /// From when on a change at a time (s) has any effect: that, rounded up to whole hundredths (s).
+    /// From when on a change at a time (s) has any effect: that, rounded up to whole hundredths.
     pub fn moment_s(at_s: f64) -> f64 {
         Tick(Tick::lasting(at_s)).seconds()
     }

@@ -179,8 +179,8 @@ pub(crate) fn landing_place_m(
     )
 }
 
-/// Where a body could lie that is said to be at a place (m): on what is below that, or on top of the
-/// obstacle that it is in. In a zone it may lie. `None`: there is no room for it.
+/// Where a body could lie that is said to be at a place (m): on what is below that, or on top of
+/// the obstacle that it is in. In a zone it may lie. `None`: there is no room for it.
 pub(crate) fn lying_place_m(
     world: &World,
     place_m: Point3<f64>,
