@@ -229,11 +229,9 @@ impl Service {
         };
         *asked = METHODS.into_iter().find(|known| *known == method);
         if !repeated.is_empty() {
-            let told = repeated.into_iter().map(|place| {
-                let name = place.rsplit('.').next().unwrap_or(&place);
-                let message = format!("`{name}` is given twice");
-                refusal(Code::Field, place, message)
-            });
+            let told = repeated
+                .into_iter()
+                .map(|(place, key)| refusal(Code::Field, place, format!("`{key}` is given twice")));
             return Err(told.collect());
         }
         let params = fields.remove("params");
@@ -607,12 +605,7 @@ impl FlownPlan {
                 Err(Failed::Refused(refusals)) => return Err(refusals),
                 Err(Failed::NotVerified(found, refusals)) => {
                     tries += 1;
-                    let mut banned = false;
-                    for it in &found {
-                        banned |= landings.ban(&it.drone)
-                            || it.with.as_ref().is_some_and(|with| landings.ban(with));
-                    }
-                    if !banned || tries == MOST_LANDINGS {
+                    if !landings.give_up(&found) || tries == MOST_LANDINGS {
                         return Err(refusals);
                     }
                     continue;
@@ -661,7 +654,7 @@ impl FlownPlan {
             revision: self.revision,
             patch: Patch {
                 revision: self.revision,
-                from_s: (at_s * 100.0).ceil() / 100.0,
+                from_s: Running::moment_s(at_s),
                 changed: Vec::new(),
                 refused: Vec::new(),
                 unavoidable: Vec::new(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Point3;
-use planner::plan::{AtEnd, DronePlan};
+use planner::plan::{AtEnd, DronePlan, Violation};
 use planner::scenario::world::World;
 use planner::{Plan, Running};
 
@@ -114,6 +114,20 @@ impl Landings {
         place.is_some_and(|(place, banned)| banned.insert(place))
     }
 
+    /// In each violation that the verifier has found one drone gives up its place, once for all of
+    /// that drone's; whether any had one.
+    pub(crate) fn give_up(&mut self, found: &[Violation]) -> bool {
+        let mut given_up: BTreeSet<&str> = BTreeSet::new();
+        for it in found {
+            let names = [Some(&it.drone[..]), it.with.as_deref()];
+            let mut names = names.into_iter().flatten();
+            if !names.clone().any(|name| given_up.contains(name)) {
+                given_up.extend(names.find(|name| self.ban(name)));
+            }
+        }
+        !given_up.is_empty()
+    }
+
     /// A drone is not there.
     pub(crate) fn leave_out(&mut self, drone: &str) {
         self.all.retain(|it| it.drone != drone);
@@ -194,4 +208,46 @@ fn places(plan: &Plan, entry: &DronePlan, cell_m: f64, at_s: f64) -> Vec<Point3<
         (0..2).all(|axis| min[axis] + radius_m <= at_m[axis] && at_m[axis] <= max[axis] - radius_m)
     };
     steps.into_iter().map(place).filter(is_inside).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use planner::plan::ViolationKind;
+
+    use super::*;
+
+    #[test]
+    fn of_two_drones_that_meet_twice_one_gives_up_its_place() {
+        let landing = |drone: &str| Landing {
+            drone: drone.to_owned(),
+            radius_m: 0.1,
+            places: vec![Point3::origin()],
+            banned: BTreeSet::new(),
+            chosen: Some(0),
+        };
+        let mut landings = Landings {
+            all: ["a", "b", "c"].map(landing).into(),
+            grounded: Vec::new(),
+            landing: 0,
+            taken: Vec::new(),
+            gap_m: 0.1,
+        };
+        let meets = |drone: &str, with: &str| Violation {
+            kind: ViolationKind::CollisionMargin,
+            drone: drone.to_owned(),
+            with: Some(with.to_owned()),
+            from_s: 1.0,
+            until_s: None,
+            shift_s: None,
+            position_m: Point3::origin(),
+            value: 0.1,
+            is_bound: false,
+            limit: 0.3,
+            unit: "m".to_owned(),
+        };
+        let found = [meets("a", "b"), meets("a", "b"), meets("x", "c")];
+        assert!(landings.give_up(&found));
+        assert_eq!(landings.without(), ["a", "c"]);
+        assert!(!landings.give_up(&[meets("a", "x")]));
+    }
 }

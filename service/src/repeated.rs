@@ -6,9 +6,12 @@ use planner::form::MOST_FAULTS;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-/// Reads a text, and the place of each key that an object has twice: the first
-/// [`MOST_FAULTS`] of them.
-pub(crate) fn read(text: &str) -> Result<(Value, Vec<String>), serde_json::Error> {
+/// A key that an object has twice or more often, after its place.
+type Repeated = (String, String);
+
+/// Reads a text, and all keys that an object has twice, each once: the first [`MOST_FAULTS`] of
+/// them.
+pub(crate) fn read(text: &str) -> Result<(Value, Vec<Repeated>), serde_json::Error> {
     let mut repeated = Vec::new();
     let mut reader = serde_json::Deserializer::from_str(text);
     let whole = Reading {
@@ -41,7 +44,7 @@ impl fmt::Display for Place<'_> {
 /// A value that is being read.
 struct Reading<'a> {
     place: &'a Place<'a>,
-    repeated: &'a mut Vec<String>,
+    repeated: &'a mut Vec<Repeated>,
 }
 
 impl<'de> DeserializeSeed<'de> for Reading<'_> {
@@ -104,7 +107,10 @@ impl<'de> Visitor<'de> for Reading<'_> {
         while let Some(key) = fields.next_key::<String>()? {
             let place = &Place::Key(self.place, &key);
             if read.contains_key(&key) && self.repeated.len() < MOST_FAULTS {
-                self.repeated.push(place.to_string());
+                let known = (place.to_string(), key.clone());
+                if !self.repeated.contains(&known) {
+                    self.repeated.push(known);
+                }
             }
             let repeated = &mut *self.repeated;
             let value = fields.next_value_seed(Reading { place, repeated })?;

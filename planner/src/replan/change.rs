@@ -9,7 +9,9 @@ use super::{GivenError, given};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
 use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
-use crate::scenario::placement::{SUPPORT_TOLERANCE_M, Spot, landing_place_m, misplaced};
+use crate::scenario::placement::{
+    SUPPORT_TOLERANCE_M, Spot, landing_place_m, lying_place_m, misplaced,
+};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::prepare::ending_from;
@@ -183,21 +185,32 @@ pub(super) fn landing(over_m: Option<Point3<f64>>) -> Vec<Task> {
     over_m.map(task).into_iter().collect()
 }
 
+/// What a drone does that drops all it had to do: in flight it comes to rest (m) before it sinks or
+/// leaves.
+pub(super) fn resting(at_end: AtEnd, at_m: Point3<f64>, grounded: bool) -> Vec<Task> {
+    match at_end {
+        AtEnd::Land | AtEnd::Leave if !grounded => landing(Some(at_m)),
+        _ => Vec::new(),
+    }
+}
+
 /// All that is wrong with these changes at a moment (s), on a roadmap for bodies of a radius (m);
-/// `is_there` says which drones can still be changed, `goes_on` which can still be sent elsewhere,
-/// `is_fixed` which are not planned here.
+/// `is_there` says which drones can still be changed, `goes_on` from where (m) one can still be
+/// sent elsewhere, and whether it stands on the ground there, `is_fixed` which are not planned
+/// here.
 pub(super) fn problems(
     world: &World,
     solids: &Solids,
     (at_s, widest_m): (f64, f64),
     changes: &[Change],
     is_there: impl Fn(usize) -> bool,
-    goes_on: impl Fn(usize) -> bool,
+    goes_on: impl Fn(usize) -> Option<(Point3<f64>, bool)>,
     is_fixed: impl Fn(usize) -> bool,
 ) -> Vec<ChangeError> {
     let mut found = Vec::new();
     let mut seen: BTreeSet<String> = BTreeSet::new();
     let mut placed: Vec<Drone> = Vec::new();
+    let mut rests: BTreeSet<&str> = BTreeSet::new();
     for change in changes {
         let name = change.drone();
         if !seen.insert(name.to_owned()) {
@@ -251,32 +264,34 @@ pub(super) fn problems(
                     why: format!("`{name}` lies at ({}, {}, {}) m, {what}", it.x, it.y, it.z),
                 }));
             }
-            (Change::Retasked { .. } | Change::Landed { .. }, Some(index)) if !goes_on(index) => {
-                found.push(ChangeError::Gone(name.to_owned()));
-            }
             (Change::Late { by_s, .. }, _) if !DELAY_S.contain(*by_s) => {
                 found.push(ChangeError::Delay {
                     drone: name.to_owned(),
                     by_s: *by_s,
                 });
             }
-            (Change::Retasked { tasks, .. }, Some(index)) => {
+            (Change::Retasked { .. } | Change::Landed { .. }, Some(index)) => {
+                let Some((at_m, grounded)) = goes_on(index) else {
+                    found.push(ChangeError::Gone(name.to_owned()));
+                    continue;
+                };
                 let known = &world.drones[index];
-                placed.push(Drone {
-                    tasks: tasks.clone(),
-                    // Where it is now is not asked.
-                    start_m: tasks.first().map_or(known.start_m, |task| task.to_m),
+                let (mut tasks, at_end) = match change {
+                    Change::Retasked { tasks, .. } => (tasks.clone(), known.at_end),
+                    Change::Landed { over_m, .. } => (landing(*over_m), AtEnd::Land),
+                    _ => continue,
+                };
+                if tasks.is_empty() {
+                    tasks = resting(at_end, at_m, grounded);
+                    rests.insert(name);
+                }
+                // Where it is now is not asked.
+                placed.extend(tasks.first().map(|task| task.to_m).map(|start_m| Drone {
+                    tasks,
+                    start_m,
                     at_start: AtStart::Hover,
+                    at_end,
                     ..known.clone()
-                });
-            }
-            (Change::Landed { over_m, .. }, Some(index)) => {
-                placed.extend(over_m.map(|over_m| Drone {
-                    tasks: landing(Some(over_m)),
-                    start_m: over_m,
-                    at_start: AtStart::Hover,
-                    at_end: AtEnd::Land,
-                    ..world.drones[index].clone()
                 }));
             }
             _ => {}
@@ -315,8 +330,13 @@ pub(super) fn problems(
     };
     for it in misplaced(&placed, solids) {
         let name = &placed.drones[it.drone].name;
-        // Where a drone that is there already starts is not asked.
-        if it.spot != Spot::Start || comes(name) {
+        // Where a drone that is there already starts, or comes to rest, is not asked.
+        let is_asked = match it.spot {
+            Spot::Start => comes(name),
+            Spot::Task(_) => !rests.contains(&name[..]),
+            Spot::Landing => true,
+        };
+        if is_asked {
             reported.insert(name);
             report(name, it.words(&placed).to_string());
         }
@@ -358,10 +378,18 @@ fn lying_fault(
     }
     let rest_m = landing_place_m(&world.bounds_m, solids, lies_m, radius_m);
     let gap_m = lies_m.z - rest_m.z;
-    (gap_m > SUPPORT_TOLERANCE_M).then(|| {
-        format!(
-            "{gap_m:.3} m above what it could lie on: say a height of {:.3} m, or no place",
-            rest_m.z
-        )
-    })
+    if gap_m <= SUPPORT_TOLERANCE_M {
+        return None;
+    }
+    Some(
+        match lying_place_m(world, lies_m, radius_m).map(|it| it.z) {
+            Some(z_m) if z_m > lies_m.z => {
+                format!("in an obstacle: say a height of {z_m:.3} m, or no place")
+            }
+            Some(z_m) => format!(
+                "{gap_m:.3} m above what it could lie on: say a height of {z_m:.3} m, or no place"
+            ),
+            None => "where it has no room to lie: say no place".to_owned(),
+        },
+    )
 }

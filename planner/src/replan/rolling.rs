@@ -56,7 +56,7 @@ use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::file::{arrival_s, arrivals_s};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::plan::{AtEnd, DronePlan, Plan, TrajectoryEntry, Unplanned, Violation};
+use crate::plan::{AtEnd, DronePlan, Plan, TrajectoryEntry, Unplanned, Violation, ViolationKind};
 use crate::scenario::Problems;
 use crate::scenario::limits::BUSY_S;
 use crate::scenario::placement::landing_place_m;
@@ -209,6 +209,11 @@ impl Running {
         &self.world
     }
 
+    /// From when on a change at a time (s) has any effect: that, rounded up to whole hundredths.
+    pub fn moment_s(at_s: f64) -> f64 {
+        Tick(Tick::lasting(at_s)).seconds()
+    }
+
     /// Plans on from a moment, with these changes, and verifies the whole plan. Times go on
     /// counting from where the plan began, in whole hundredths of a second: `at_s` is rounded up.
     ///
@@ -246,7 +251,9 @@ impl Running {
                 true => involved.iter().all(|it| stays(it)),
                 false => involved.iter().any(|it| is_early(it)),
             };
-            violation.from_s >= 0.0
+            // A plan that contradicts itself is never handed out.
+            violation.kind != ViolationKind::Malformed
+                && violation.from_s >= 0.0
                 && violation.matters_from(at.seconds())
                 && is_too_late
                 // Who was sent into it could have been left where it was.
@@ -283,7 +290,10 @@ impl Running {
             |index| self.tracks[index].is_there(roadmap, at),
             |index| {
                 let state = self.tracks[index].state_without_tasks(roadmap, at);
-                matches!(state, State::Flies { .. })
+                match state {
+                    State::Flies { at_m, grounded, .. } => Some((at_m, grounded)),
+                    State::Absent | State::Ends => None,
+                }
             },
             |index| self.tracks[index].is_fixed,
         )
@@ -904,14 +914,8 @@ impl Turn<'_> {
         let kind = last.map_or(track.agent.kinds[0], |leg| leg.kind);
         let drone = self.running.world.drones[index].clone();
         let before = (track.clone(), drone.clone());
-        // It comes to rest before it sinks or leaves.
-        let rest = match at_end {
-            AtEnd::Land | AtEnd::Leave if tasks.is_empty() && !grounded => {
-                change::landing(Some(at_m))
-            }
-            _ => Vec::new(),
-        };
-        let tasks = if rest.is_empty() { tasks } else { &rest };
+        let rest = change::resting(at_end, at_m, grounded);
+        let tasks = if tasks.is_empty() { &rest } else { tasks };
         // On the ground there is no way down.
         let ends = match at_end {
             AtEnd::Land if tasks.is_empty() => AtEnd::Hover,
@@ -981,7 +985,7 @@ impl Turn<'_> {
             clearance_m: running.world.planning.gap_to_solids_m(),
             motion: running.world.planning.motion,
         };
-        // Checked before for the last task; above whatever it passes now it may have to stay.
+        // Whether it can land there was asked before.
         let ending = ending.unwrap_or(Ending::Hover);
         let mut agent = agent_of(id(index), &drone, &duties, kinds, ending);
         agent.chain(roadmap);

@@ -179,6 +179,25 @@ pub(crate) fn landing_place_m(
     )
 }
 
+/// Where a body could lie that is said to be at a place (m): on what is below that, or on top of
+/// the obstacle that it is in. In a zone it may lie. `None`: there is no room for it.
+pub(crate) fn lying_place_m(
+    world: &World,
+    place_m: Point3<f64>,
+    body_radius_m: f64,
+) -> Option<Point3<f64>> {
+    let (solids, bounds_m) = (Solids::new(&world.obstacles), &world.bounds_m);
+    let is_inside = solids.distance_to_point_m(place_m).0 < 0.0;
+    let (up, most_m) = (Vector3::z(), f64::INFINITY);
+    let up_m = match is_inside {
+        true => path_out_m(bounds_m, &solids, place_m, up, body_radius_m, most_m)?,
+        false => 0.0,
+    };
+    let rest_m = landing_place_m(bounds_m, &solids, place_m + up * up_m, body_radius_m);
+    let fault = misfit(world, &solids, rest_m, body_radius_m - REST_TOLERANCE_M);
+    fault.is_none().then_some(rest_m)
+}
+
 /// What is too near to a drone that leaves or reaches its pad on a path straight up or down (m): it
 /// may be off that by the tracking margin, though not from what it stands on.
 pub(crate) fn beside_misfit(

@@ -84,7 +84,7 @@ pub(crate) fn write_legs(
         }),
         None => path,
     };
-    keep_beginning(&mut entry.trajectory, &before);
+    keep_known(&mut entry.trajectory, &before);
     let flown = agent.flown(legs);
     let flying = || flown.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
@@ -98,32 +98,31 @@ pub(crate) fn write_legs(
     };
 }
 
-/// Keeps how a trajectory was written as far as it begins as before: smoothed as part of another
-/// path it differs in its last digits.
-fn keep_beginning(trajectory: &mut TrajectoryEntry, before: &TrajectoryEntry) {
+/// Keeps how a trajectory was written where it is as before: smoothed as part of another path, or
+/// without what was flown first, it differs in its last digits.
+fn keep_known(trajectory: &mut TrajectoryEntry, before: &TrajectoryEntry) {
     let is_near = |(a, b): (&Point3<f64>, &Point3<f64>)| (a - b).norm() < TOUCHING_M;
-    let (old, new) = (before, &*trajectory);
-    let is_same = |k: &usize| {
-        let (was, is) = (bends_before(old, *k), bends_before(new, *k));
-        (old.t_s[*k] - new.t_s[*k]).abs() < SAME_TIME_S
-            && is_near((&old.position_m[*k], &new.position_m[*k]))
-            && was.len() == is.len()
-            && was.iter().zip(is).all(is_near)
-    };
-    let most = old.t_s.len().min(new.t_s.len());
-    let count = (0..most).take_while(is_same).count();
-    let pieces = old.control_m.len().min(new.control_m.len());
-    let pieces = pieces.min(count.saturating_sub(1));
-    trajectory.t_s[..count].copy_from_slice(&before.t_s[..count]);
-    trajectory.position_m[..count].copy_from_slice(&before.position_m[..count]);
-    trajectory.control_m[..pieces].clone_from_slice(&before.control_m[..pieces]);
-}
-
-/// What bends the piece that ends at a break point (m); of a straight one nothing.
-fn bends_before(trajectory: &TrajectoryEntry, point: usize) -> &[Point3<f64>] {
-    let piece = point.checked_sub(1);
-    let bends = piece.and_then(|piece| trajectory.control_m.get(piece));
-    bends.map_or(&[], |bends| bends)
+    let mut last: Option<usize> = None;
+    for new in 0..trajectory.t_s.len() {
+        let (t_s, at_m) = (trajectory.t_s[new], trajectory.position_m[new]);
+        let old = before.t_s.partition_point(|it| *it <= t_s - SAME_TIME_S);
+        let known = before.t_s.get(old).zip(before.position_m.get(old));
+        let known =
+            known.filter(|(it, known_m)| *it - t_s < SAME_TIME_S && is_near((known_m, &at_m)));
+        let goes_on = known.is_some() && last.is_some_and(|last| last + 1 == old);
+        last = known.map(|_| old);
+        if let Some((&known_s, &known_m)) = known {
+            (trajectory.t_s[new], trajectory.position_m[new]) = (known_s, known_m);
+        }
+        if goes_on
+            && let Some(bends) = trajectory.control_m.get_mut(new - 1)
+            && let Some(known) = before.control_m.get(old - 1)
+            && known.len() == bends.len()
+            && known.iter().zip(&*bends).all(is_near)
+        {
+            bends.clone_from(known);
+        }
+    }
 }
 
 /// Writes down how an agent goes from its departure on: when it arrives, and what the others cost

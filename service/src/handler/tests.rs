@@ -422,6 +422,14 @@ fn a_patch_begins_at_the_hundredth_from_which_the_planner_changed_it() {
             panic!("{told:?}")
         };
         assert_eq!(patch.from_s, from_s);
+        // So does one in which all land already.
+        let mut service = open(THREE);
+        land_all(&mut service, at_s.floor());
+        let told = land_all(&mut service, at_s).answer;
+        let Some(Told::Landing(landing)) = told.result else {
+            panic!("{told:?}");
+        };
+        assert_eq!((landing.revision, landing.patch.from_s), (2, from_s));
     }
 }
 
@@ -1139,6 +1147,13 @@ fn keys_that_are_given_twice_are_told_all_at_their_places_and_none_of_them_count
         ["params.changes[0].late", "params.changes[0].late.by_s"]
     );
     assert_eq!(plan_text(&mut service), before);
+    let line = r#"{"method": "state", "params": {"at_s": 1, "drones":
+        {"d1.5": 1, "d1.5": 2, "d1.5": 3}}}"#;
+    let error = service.handle(line, &|| 0.0).answer.error.unwrap();
+    assert_eq!(
+        (&error.message[..], &error.place[..], error.also),
+        ("`d1.5` is given twice", "params.drones.d1.5", vec![])
+    );
 }
 
 #[test]

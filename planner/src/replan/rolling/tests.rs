@@ -494,7 +494,6 @@ fn drones_that_are_to_land_land_and_those_that_found_no_place_go_on_as_before() 
     }
 }
 
-/// Only there it can be given something else to do.
 /// One drone in a yard of its own.
 fn alone(at_end: &str, motion: &str) -> Running {
     let (world, plan) = planned(&format!(
@@ -537,6 +536,50 @@ fn a_drone_that_flies_and_is_told_no_place_comes_to_rest_and_lands() {
         let entry = find(running.plan(), "a");
         let last_m = entry.trajectory.position_m.last().expect("points");
         assert!(last_m.z < 0.2 && entry.at_end == AtEnd::Land, "{last_m}");
+    }
+}
+
+#[test]
+fn a_drone_that_drops_all_it_had_to_do_over_a_zone_is_refused_with_a_place_to_land_beside_it() {
+    let over_desk = |start_x_m: f64, motion: &str| {
+        let (world, plan) = planned(&format!(
+            r#"Scenario(name: "desk", bounds_m: (min: (0, 0, 0), max: (14, 10, 6)),
+            zones: [(name: "desk", min_m: (4, 3, 0), max_m: (8, 7, 1.5), keep_out: true)],
+            drones: [(name: "a", airframe: "kolibri", start_m: ({start_x_m}, 5.5, 3.5),
+              at_end: Land, tasks: [(to_m: (12.5, 5.5, 3.5))])],
+            planning: (motion: {motion}))"#
+        ));
+        Running::new(world, plan).expect("its plan")
+    };
+    let lands = Change::Landed {
+        drone: "a".to_owned(),
+        over_m: None,
+    };
+    for motion in ["Straight", "Smooth"] {
+        let mut running = over_desk(1.5, motion);
+        let before = running.plan().clone();
+        for change in [retasked("a", Vec::new()), lands.clone()] {
+            let told = running.replan(2.0, &[change], &Control::QUIET);
+            let [ChangeError::Misplaced { drone, why }] = &told.expect_err("no place to land")[..]
+            else {
+                panic!("{motion}: one place");
+            };
+            let words = ["`a` lands in keep_out zone `desk`", "nearest free place"];
+            assert!(
+                drone == "a" && words.iter().all(|it| why.contains(it)),
+                "{why}"
+            );
+        }
+        assert_eq!(*running.plan(), before);
+        // Where it began is not asked.
+        let mut running = over_desk(5.5, motion);
+        let dropped = [retasked("a", Vec::new())];
+        let told = running.replan(3.0, &dropped, &Control::QUIET);
+        assert_eq!(told.expect("beside the desk").refused, []);
+        sound(&running);
+        let entry = find(running.plan(), "a");
+        let last_m = entry.trajectory.position_m.last().expect("points");
+        assert!(last_m.z < 0.2 && last_m.x < 12.0, "{motion}: {last_m}");
     }
 }
 
@@ -699,6 +742,58 @@ fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
     assert!(matches!(&wrong, Err(wrong) if matches!(wrong[..], [ChangeError::Number { .. }])));
 }
 
+#[test]
+fn where_a_drone_cannot_lie_a_height_is_named_at_which_it_can_or_none() {
+    let text = |drones: &str| {
+        format!(
+            r#"Scenario(name: "desk", bounds_m: (min: (0, 0, 0), max: (14, 10, 4)), obstacles: [
+            (name: "desk", min_m: (8, 2, 0), max_m: (10, 3, 0.8)),
+            (name: "board", min_m: (11, 2, 2), max_m: (13, 3, 2.2)),
+        ], drones: [{drones}], planning: (motion: Straight))"#
+        )
+    };
+    let drones = r#"(name: "a", airframe: "kolibri", start_m: (1.5, 5.5, 1.5),
+        tasks: [(to_m: (12.5, 5.5, 1.5))])"#;
+    let (world, plan) = planned(&text(drones));
+    let running = Running::new(world, plan).expect("its plan");
+    let wrong = |lies_m: [f64; 3]| {
+        let lies = Change::Failed {
+            drone: "a".to_owned(),
+            lies_m: Some(lies_m.into()),
+        };
+        let wrong = running.check(2.0, &[lies]).err().unwrap_or_default();
+        wrong.first().map(ToString::to_string)
+    };
+    for (lies_m, words, height_m) in [
+        (
+            [9.2, 2.5, 0.4],
+            "in an obstacle: say a height of 0.896 m",
+            Some(0.896),
+        ),
+        (
+            [9.2, 2.5, 1.2],
+            "0.304 m above what it could lie on",
+            Some(0.896),
+        ),
+        (
+            [12.0, 2.5, 2.1],
+            "in an obstacle: say a height of 2.296 m",
+            Some(2.296),
+        ),
+        (
+            [12.0, 2.5, 1.0],
+            "say a height of 0.096 m, or no place",
+            Some(0.096),
+        ),
+        ([7.95, 2.5, 0.9], "no room to lie: say no place", None),
+    ] {
+        let told = wrong(lies_m).expect("in mid-air, or in an obstacle");
+        assert!(told.contains(words), "{told}");
+        let [x, y, _] = lies_m;
+        assert_eq!(height_m.and_then(|z| wrong([x, y, z])), None);
+    }
+}
+
 /// A day in the life of a few drones: each is told another task once it has done the last, some
 /// leave and others come.
 fn lives(text: &str, forgets: bool) -> Running {
@@ -789,6 +884,31 @@ fn what_is_forgotten_changes_nothing_that_is_still_flown() {
             points(&short),
             points(&whole)
         );
+    }
+}
+
+#[test]
+fn what_is_forgotten_leaves_the_rest_to_the_last_byte() {
+    let (world, plan) = planned(
+        r#"Scenario(name: "yard", bounds_m: (min: (0, 0, 0), max: (20, 14, 7)), drones: [
+            (name: "a", airframe: "kolibri", start_m: (1.5, 1.5, 2.5), at_end: Land, tasks: [
+              (to_m: (12.5, 1.5, 2.5), dwell_s: 3), (to_m: (3.5, 1.5, 2.5), dwell_s: 37),
+              (to_m: (14.5, 1.5, 2.5), dwell_s: 25), (to_m: (1.5, 1.5, 2.5))])],
+            planning: (motion: Smooth))"#,
+    );
+    let mut running = Running::new(world, plan).expect("its plan");
+    for at_s in [25.0, 78.0] {
+        let before = running.plan().drones[0].trajectory.clone();
+        let told = running.replan(at_s, &[], &Control::QUIET);
+        assert_eq!(told.expect("in order").changed, []);
+        running.forget(at_s);
+        let after = &running.plan().drones[0].trajectory;
+        let dropped = before.t_s.len() - after.t_s.len();
+        assert!(dropped > 0 && after.is_smooth());
+        // But for where it begins now.
+        assert_eq!(after.t_s[1..], before.t_s[dropped + 1..]);
+        assert_eq!(after.position_m[1..], before.position_m[dropped + 1..]);
+        assert_eq!(after.control_m[1..], before.control_m[dropped + 1..]);
     }
 }
 
