@@ -131,7 +131,11 @@ fn rows_with_values_that_cannot_be_are_left_out_counted_and_told() {
 #[test]
 fn where_rotors_tell_the_thrust_a_spoilt_battery_costs_no_row() {
     let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
-    for (from, to, of) in [("3.9", "0", "battery"), ("0.5", "1.5", "duty"), ("3.9", "", "battery")] {
+    for (from, to, of) in [
+        ("3.9", "0", "battery"),
+        ("0.5", "1.5", "duty"),
+        ("3.9", "", "battery"),
+    ] {
         let spoilt = log(&[(20, &format!(",{from}"), &format!(",{to}"))]);
         let rows = spoilt
             .replace(HEADER, "")
