@@ -263,11 +263,14 @@ pub(super) fn vehicle(
     })
 }
 
-/// Of several columns that tell a force, those that do not.
+/// Of several columns that tell a force, those that do not. Duty cycles with a battery tell what
+/// the motors are given, too.
 fn superseded(id: &str, track: &Track, found: &mut Found) {
-    let Some(source) = track.thrust_source() else {
+    let has_force = track.specific_force_mps2.is_some() || track.force_n.is_some();
+    let Some(source) = track.thrust_source().filter(|_| has_force) else {
         return;
     };
+    let is_duty_alone = track.battery_v.is_none() || source == ThrustSource::DutyCycle;
     // Beside a ready force the thrust is what it counts from.
     let has_thrust = track.thrust_n.is_some() && source != ThrustSource::ReadyForce;
     let there = [
@@ -276,7 +279,11 @@ fn superseded(id: &str, track: &Track, found: &mut Found) {
             ThrustSource::RotorSpeed,
             "speeds of rotors",
         ),
-        (track.duty.is_some(), ThrustSource::DutyCycle, "duty cycles"),
+        (
+            track.duty.is_some() && is_duty_alone,
+            ThrustSource::DutyCycle,
+            "duty cycles",
+        ),
         (has_thrust, ThrustSource::Thrust, "thrust"),
         (
             track.force_n.is_some(),

@@ -187,9 +187,17 @@ fn columns_that_others_stand_for_are_told() {
         said,
         [
             "roll, pitch and yaw are not used: there is a quaternion",
-            "its force is told by speeds of rotors, not by duty cycles, thrust",
+            "its force is told by speeds of rotors, not by thrust",
         ]
     );
+    // Without a force to be told there are the motors to be judged.
+    let rows = rows.replace("0,0,9.81,", "");
+    let recording = read(&format!(
+        "{}{rows}",
+        header.replace("ax_mps2,ay_mps2,az_mps2,", "")
+    ));
+    let is_of_force = |remark: &&Remark| remark.message.contains("force is told");
+    assert_eq!(on_a(&recording).into_iter().find(is_of_force), None);
 }
 
 #[test]
