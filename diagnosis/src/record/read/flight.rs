@@ -240,13 +240,14 @@ pub(super) fn vehicle(
     plausible::force((id, file), &track, weight_n, found);
     // Its numbers were checked, too.
     let thrust_map = kind.thrust_map.as_ref().and_then(|map| map.meaning().ok());
+    let is_of_duty = track.thrust_source() == Some(ThrustSource::DutyCycle);
     if thrust_map.is_some() {
-        let (kind, message) = match track.thrust_source() {
-            Some(ThrustSource::DutyCycle) => (
+        let (kind, message) = match is_of_duty {
+            true => (
                 RemarkKind::Assumed,
                 "its thrust map is taken as stated, but for an offset where enough is flown to find one",
             ),
-            _ => (
+            false => (
                 RemarkKind::Unused,
                 "its thrust map is not used: it is of duty cycles, which do not tell its thrust",
             ),
@@ -258,7 +259,7 @@ pub(super) fn vehicle(
         airframe,
         role: Role::Both,
         track,
-        thrust_map,
+        thrust_map: thrust_map.filter(|_| is_of_duty),
         clock: campaign.clock.unwrap_or(Clock::Shared),
     })
 }

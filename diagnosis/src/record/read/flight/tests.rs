@@ -430,6 +430,15 @@ fn a_published_thrust_map_is_taken_over_in_newtons() {
     let recording =
         read_log("f", "f.csv", log(&[]).as_bytes(), &campaign(&metadata)).expect("in order");
     assert!(recording.vehicles[0].thrust_map.is_some());
+    // It takes duty cycles, and nothing else.
+    let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
+    let rows = log(&[]).replace(HEADER, "");
+    let of_rotors = header + &rows.replace('\n', ",20000,20000,20000,20000\n");
+    let recording = read_log("f", "f.csv", of_rotors.as_bytes(), &campaign(&metadata));
+    let recording = recording.expect("in order");
+    assert_eq!(recording.vehicles[0].thrust_map, None);
+    let is_told = |remark: &&Remark| remark.message.starts_with("its thrust map is not used");
+    assert!(on_a(&recording).iter().any(is_told));
     let metadata = metadata.replace("(0.12, 0.96)", "(0.96, 0.12)");
     let problems = Campaign::parse("c.ron", &metadata).expect_err("is refused");
     assert!(
