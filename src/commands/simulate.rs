@@ -14,7 +14,7 @@ use diagnosis::campaign::Applied;
 use diagnosis::forward::residuals::by_region;
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding_file::FindingFile;
-use diagnosis::record::recording::Recording;
+use diagnosis::record::recording::{Recording, Vehicle};
 
 use super::applied;
 use super::recordings::{Asked, Read};
@@ -74,8 +74,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         let recordings = all.iter().map(|one| &one.recording);
         return Err(Failure::nothing_to_compare(recordings));
     }
-    let scatter_n = |airframe: &str| {
-        let map = thrust_maps.iter().find(|map| map.airframe == airframe)?;
+    let scatter_n = |vehicle: &Vehicle| {
+        let map = thrust_maps.iter().find(|map| map.is_of(vehicle))?;
         Some(map.identification.scatter_n)
     };
     let simulated = all.iter().map(|one| (&one.recording, &one.samples[..]));

@@ -23,12 +23,12 @@ const BINS: usize = 14;
 /// A recording and its samples, simulated.
 type Simulated<'a> = (&'a Recording, &'a [Sample]);
 
-/// Every figure that the samples allow, in the order of the report; `scatter_n` of an airframe:
+/// Every figure that the samples allow, in the order of the report; `scatter_n` of a vehicle:
 /// what its thrust map leaves (N).
 pub(crate) fn draw(
     name: &str,
     all: &[Simulated],
-    scatter_n: impl Fn(&str) -> Option<f64>,
+    scatter_n: impl Fn(&Vehicle) -> Option<f64>,
 ) -> Vec<Figure> {
     let mut figures = Vec::from(speeds(name, all));
     for channel in [Channel::Throttle, Channel::Power, Channel::VerticalForce] {
@@ -155,7 +155,7 @@ fn receivers(
     name: &str,
     channel: Channel,
     all: &[Simulated],
-    scatter_n: &dyn Fn(&str) -> Option<f64>,
+    scatter_n: &dyn Fn(&Vehicle) -> Option<f64>,
 ) -> [Option<Figure>; 2] {
     let (mut traces, mut readings) = (Vec::new(), Vec::new());
     for (recording, samples) in all {
@@ -166,7 +166,7 @@ fn receivers(
                 continue;
             }
             let airframe = vehicle.airframe.name();
-            let scatter_n = scatter_n(airframe).filter(|_| channel == Channel::VerticalForce);
+            let scatter_n = scatter_n(vehicle).filter(|_| channel == Channel::VerticalForce);
             let scatter = scatter_n.unwrap_or(f64::INFINITY);
             // Outside all wakes there is nothing to tell apart.
             let exposed = samples.iter().filter(|sample| sample.air_mps != 0.0);

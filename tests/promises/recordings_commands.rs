@@ -119,7 +119,7 @@ fn a_recording_is_simulated_sample_by_sample_and_its_report_opens_offline() {
 }
 
 #[test]
-fn a_thrust_map_of_speeds_of_rotors_speaks_of_them_and_an_exact_one_leaves_nothing() {
+fn thrust_maps_of_one_airframe_each_say_what_they_take_and_an_exact_one_of_rotors_leaves_nothing() {
     let desk = tempfile::tempdir().unwrap();
     let mut log = String::from(
         "t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,qx,qy,qz,qw,rpm1,rpm2,rpm3,rpm4\n",
@@ -133,7 +133,7 @@ fn a_thrust_map_of_speeds_of_rotors_speaks_of_them_and_an_exact_one_leaves_nothi
             "{t_s},0,0,{z_m},0,0,{vz_mps},0,0,{az_mps2},0,0,0,1,{rpm},{rpm},{rpm},{rpm}\n"
         );
     }
-    fs::write(desk.path().join("log.csv"), log).unwrap();
+    fs::write(desk.path().join("log.csv"), &log).unwrap();
     let campaign = r#"(name: "c", air: (temperature_c: 20), acceleration: SpecificForceInWorld, types: { "s": (
         mass_kg: Stated(0.034), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092),
         rotor_offset_m: Stated((0, 0, 0))) }, vehicles: { "a": "s" })"#;
@@ -143,6 +143,23 @@ fn a_thrust_map_of_speeds_of_rotors_speaks_of_them_and_an_exact_one_leaves_nothi
     assert_eq!(code, 0, "{errors}");
     let map = "lag 0 ms; leaves 0.0000 N rms of 2000 rows in 1 flights; for tips of rotors at 0.14 to 0.14 of the speed of sound";
     assert!(told.contains(map), "{told}");
+    // The same flight told by its thrust, too.
+    let of_thrust = log.lines().map(|line| {
+        let rest = line.rsplitn(5, ',').last().unwrap();
+        let az_mps2 = rest.split(',').nth(9).unwrap().parse::<f64>();
+        let thrust_n = az_mps2.map_or("thrust_n".to_owned(), |az| (0.034 * az).to_string());
+        format!("{rest},{thrust_n}\n")
+    });
+    let both = desk.path().join("both");
+    fs::create_dir(&both).unwrap();
+    fs::write(both.join("thrust.csv"), of_thrust.collect::<String>()).unwrap();
+    fs::write(both.join("rotors.csv"), log).unwrap();
+    fs::write(both.join("campaign.ron"), campaign).unwrap();
+    let output = plan(desk.path(), &["simulate", "both", "--format", "json"]);
+    let printed: Value = serde_json::from_str(texts(&output).1).unwrap();
+    let maps = printed["thrust_maps"].as_array().unwrap().iter();
+    let kinds: Vec<_> = maps.map(|map| [&map["airframe"], &map["source"]]).collect();
+    assert_eq!(kinds, [["s", "thrust"], ["s", "rotor_speed"]]);
 }
 
 #[test]

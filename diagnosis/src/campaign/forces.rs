@@ -375,7 +375,7 @@ impl VehicleFlight {
         let battery_v = track.battery_v.as_deref();
         let is_known = |v: &&f64| v.is_finite() && **v > 0.0;
         let first_v = battery_v.and_then(|all| all.iter().find(is_known));
-        let ratio = |row: usize| Some(battery_v?[row] / first_v?);
+        let ratio = |row: usize| Some(battery_v?.get(row).filter(is_known)? / first_v?);
         let floor_z_m = recording.environment.floor_z_m.unwrap_or(f64::NEG_INFINITY);
         let mut moments: Vec<ForceSample> = Vec::new();
         let mut steps: Vec<usize> = Vec::new();

@@ -83,6 +83,7 @@ impl Effort {
                 && is_even
                 && !track.is_idle(*row)
                 && battery_v[*row].is_finite()
+                && duty[*row].iter().all(|duty| duty.is_finite())
         };
         let rows: Vec<usize> = (0..duty.len()).filter(steady).collect();
         if rows.len() < LEAST_ROWS {

@@ -173,9 +173,9 @@ impl<'a> Trace<'a> {
         let weight_n = mass_kg * recordings[recording].environment.gravity_mps2;
         let motors = motors(source, of, weight_n)?;
         // Of a source that does not depend on it, any is as good.
-        let battery_v = match &track.battery_v {
-            Some(battery_v) => Cow::Borrowed(battery_v.as_slice()),
-            None => vec![FULL_CELL_V; track.t_s.len()].into(),
+        let battery_v = match (&track.battery_v, source) {
+            (Some(battery_v), ThrustSource::DutyCycle) => Cow::Borrowed(battery_v.as_slice()),
+            _ => vec![FULL_CELL_V; track.t_s.len()].into(),
         };
         let attitudes = track.attitude.iter();
         let upright = attitudes.map(|body_to_world| (body_to_world * Vector3::z()).z);

@@ -35,6 +35,7 @@ const ABOVE_HOME: u8 = 3;
 const FIRMWARE_AND_VEHICLE: (u8, u8) = (12, 2);
 
 /// One item.
+#[derive(Clone, Copy)]
 struct Item {
     command: u16,
     hold_s: f64,
@@ -109,13 +110,14 @@ impl Mission {
             };
             items.extend(kept.map(waypoint));
         }
-        // It begins with a climb over its home.
         let home_z_m = match course.starts_landed {
             true => start_m.z,
             false => floor_m,
         };
-        let is_up = |it: &Item| it.at_m.z - home_z_m > LINE_M;
-        let first = items.iter().position(is_up).unwrap_or(items.len());
+        let home_m = Point3::new(start_m.x, start_m.y, home_z_m);
+        // It begins where it leaves its home to, upwards where the drone climbs first.
+        let is_away = |it: &Item| (it.at_m - home_m).norm() > LINE_M;
+        let first = items.iter().position(is_away).unwrap_or(items.len());
         let waits_landed = items.drain(..first).any(|it| it.hold_s > 0.0);
         // Waypoints alone hold: the first parameter of a take-off is a pitch, that of a landing the
         // height at which it is broken off.
@@ -131,12 +133,16 @@ impl Mission {
                 items.insert(1, stay);
             }
         }
+        // From pad to pad of one height: one place to take off to, and to land on.
+        if let (true, [only]) = (course.lands, &items[..]) {
+            items.push(*only);
+        }
         if let Some(last) = items.last_mut().filter(|_| course.lands) {
             (last.command, last.hold_s) = (LAND, 0.0);
         }
         Mission {
             items,
-            home_m: Point3::new(start_m.x, start_m.y, home_z_m),
+            home_m,
             fastest_mps,
             waits_landed,
         }
@@ -154,7 +160,7 @@ impl Mission {
         self.items.len()
     }
 
-    /// It has none: it never leaves the ground.
+    /// It has none: it never leaves its home.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
@@ -347,6 +353,36 @@ mod tests {
         assert_eq!(first.command, TAKEOFF);
         assert!((first.at_m.xy() - ground.xy()).norm() < LINE_M);
         assert!(first.at_m.z >= up.z, "{}", first.at_m);
+    }
+
+    #[test]
+    fn who_flies_at_or_below_the_height_of_its_pad_has_a_mission_of_every_place() {
+        let place = Point3::new;
+        let [roof, off, down, up] = [
+            place(2.0, 4.0, 3.2),
+            place(10.0, 4.0, 3.2),
+            place(10.0, 4.0, 1.5),
+            place(14.0, 9.0, 4.0),
+        ];
+        let line = |from_s, until_s, ends_m| Piece::straight(from_s, until_s, ends_m);
+        let mut pieces = vec![line(0.0, 1.0, [roof; 2]), line(1.0, 9.0, [roof, off])];
+        let told = |pieces: &[Piece]| -> Vec<_> {
+            let mission = Mission::of(&course(pieces.to_vec()), 0.0);
+            assert_eq!(mission.home_m, roof);
+            mission
+                .items
+                .iter()
+                .map(|it| (it.command, it.at_m))
+                .collect()
+        };
+        assert_eq!(told(&pieces), [(TAKEOFF, off), (LAND, off)]);
+        pieces.push(line(9.0, 13.0, [off, down]));
+        assert_eq!(told(&pieces), [(TAKEOFF, off), (LAND, down)]);
+        pieces.push(line(13.0, 30.0, [down, up]));
+        assert_eq!(
+            told(&pieces),
+            [(TAKEOFF, off), (WAYPOINT, down), (LAND, up)]
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnosis::record::recording::Recording;
+use diagnosis::record::recording::{Recording, Vehicle};
 use diagnosis::record::remark::{Remark, RemarkKind};
 use diagnosis::record::track::ThrustSource;
 use diagnosis::thrust::identify::{Identification, Options, identify};
@@ -16,12 +16,11 @@ use crate::io::progress::Progress;
 /// are met more slowly.
 pub(super) const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
 
-/// The thrust map of one kind of drone.
+/// The thrust map of one kind of drone and what it takes.
 #[derive(Serialize)]
 pub(crate) struct Map {
     pub(crate) airframe: String,
     /// What it takes.
-    #[serde(skip)]
     pub(crate) source: ThrustSource,
     /// Whether only an offset was added to a map that the metadata state.
     pub(crate) offset_only: bool,
@@ -30,6 +29,12 @@ pub(crate) struct Map {
 }
 
 impl Map {
+    /// Whether it gives a vehicle's thrust.
+    pub(super) fn is_of(&self, vehicle: &Vehicle) -> bool {
+        self.airframe == vehicle.airframe.name()
+            && Some(self.source) == vehicle.track.thrust_source()
+    }
+
     pub(crate) fn sentence(&self) -> String {
         let found = &self.identification;
         let kind = match self.offset_only {

@@ -1,7 +1,8 @@
 //! What cannot be in a vehicle's rows: times out of order, values that no drone has, holes, a
 //! frozen position, the floor, a crash.
 //!
-//! A row with a value that cannot be is left out as a whole and counted; nothing is mended.
+//! A row with a value that cannot be is left out as a whole and counted, but for what its thrust is
+//! not told by ([`spare`]); nothing is mended.
 
 use std::ops::RangeInclusive;
 
@@ -97,8 +98,9 @@ pub(super) fn check(
     log.tell(RemarkKind::Impossible, &backward, &what);
     let longest_step_s = steps(&keep, &mut log);
     let mut faulty: Vec<(&str, f64, Vec<usize>)> = Vec::new();
+    let is_spared = is_told_by_rotors(samples, limits);
     keep.retain(|&row| {
-        let Some((words, value)) = fault(samples, limits, row) else {
+        let Some((words, value)) = fault(samples, (limits, is_spared), row) else {
             return true;
         };
         match faulty.iter_mut().find(|(known, ..)| *known == words) {
@@ -131,50 +133,65 @@ pub(super) fn check(
     }
 }
 
-/// Where speeds of rotors tell the thrust, duty cycles and battery are not needed: with a value
-/// that cannot be they are left alone, not the rows.
-pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, found: &mut Found) {
+/// Whether speeds of rotors tell the thrust: duty cycles and battery are not needed for it.
+fn is_told_by_rotors(samples: &Samples, limits: &Conventions) -> bool {
     let has = |role| samples.columns.contains_key(&role);
     let is_felt = limits.acceleration.is_some() && has(Role::Acceleration(0));
-    if !has(Role::RotorSpeed(0)) || !is_felt && has(Role::Force(0)) {
+    has(Role::RotorSpeed(0)) && (is_felt || !has(Role::Force(0)))
+}
+
+/// Where speeds of rotors tell the thrust, a duty cycle or battery voltage that cannot be is left
+/// out alone, as not a number, not its row.
+pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, found: &mut Found) {
+    if !is_told_by_rotors(samples, limits) {
         return;
     }
+    let t_s = samples.column(Role::Time).to_vec();
     let spares: [(&str, RoleOf, usize); 2] = [
         ("duty cycles", Role::Duty, 4),
         ("a battery voltage", |_| Role::Battery, 1),
     ];
     for (name, role, count) in spares {
-        let roles = || (0..count).map(role);
-        let columns: Vec<(Role, &[f64])> =
-            roles().map(|role| (role, samples.column(role))).collect();
-        let rows = 0..columns[0].1.len();
-        let is_faulty = |row: &usize| {
-            let mut values = columns.iter().map(|(role, column)| (*role, column[*row]));
-            values.any(|(role, value)| !value.is_finite() || of_value(role, value).is_some())
-        };
-        let faulty: Vec<usize> = rows.filter(is_faulty).collect();
-        let what =
-            format!("without {name} that can be: not used, for speeds of rotors tell the thrust");
+        let mut faulty: Vec<usize> = Vec::new();
+        for role in (0..count).map(role) {
+            let column = samples.columns.get_mut(&role).into_iter().flatten();
+            for (row, value) in column.enumerate() {
+                if !value.is_finite() || of_value(role, *value).is_some() {
+                    *value = f64::NAN;
+                    faulty.push(row);
+                }
+            }
+        }
+        faulty.sort_unstable();
+        faulty.dedup();
+        let what = format!(
+            "without {name} that can be: left out alone, for speeds of rotors tell the thrust"
+        );
         let mut log = RowRemarks {
             found,
             subject: Some(vehicle),
             noun: "row",
-            t_s: samples.column(Role::Time),
+            t_s: &t_s,
         };
         log.tell(RemarkKind::Unused, &faulty, &what);
-        if !faulty.is_empty() {
-            roles().for_each(|role| drop(samples.columns.remove(&role)));
-        }
     }
 }
 
 /// The first thing that is wrong with a row, in words, and the value at fault.
-fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'static str, f64)> {
+fn fault(
+    samples: &Samples,
+    (limits, is_spared): (&Conventions, bool),
+    row: usize,
+) -> Option<(&'static str, f64)> {
     let columns = samples
         .columns
         .iter()
         .map(|(&role, column)| (role, column[row]));
-    let values = columns.filter(|(role, _)| *role != Role::Time);
+    let values = columns.filter(|(role, _)| match role {
+        Role::Time => false,
+        Role::Duty(_) | Role::Battery => !is_spared,
+        _ => true,
+    });
     if let Some((_, value)) = values.clone().find(|(_, value)| !value.is_finite()) {
         return Some(("a value is missing or not finite", value));
     }

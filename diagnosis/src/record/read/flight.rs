@@ -240,13 +240,14 @@ pub(super) fn vehicle(
     plausible::force((id, file), &track, weight_n, found);
     // Its numbers were checked, too.
     let thrust_map = kind.thrust_map.as_ref().and_then(|map| map.meaning().ok());
+    let is_of_duty = track.thrust_source() == Some(ThrustSource::DutyCycle);
     if thrust_map.is_some() {
-        let (kind, message) = match track.thrust_source() {
-            Some(ThrustSource::DutyCycle) => (
+        let (kind, message) = match is_of_duty {
+            true => (
                 RemarkKind::Assumed,
                 "its thrust map is taken as stated, but for an offset where enough is flown to find one",
             ),
-            _ => (
+            false => (
                 RemarkKind::Unused,
                 "its thrust map is not used: it is of duty cycles, which do not tell its thrust",
             ),
@@ -258,16 +259,19 @@ pub(super) fn vehicle(
         airframe,
         role: Role::Both,
         track,
-        thrust_map,
+        thrust_map: thrust_map.filter(|_| is_of_duty),
         clock: campaign.clock.unwrap_or(Clock::Shared),
     })
 }
 
-/// Of several columns that tell a force, those that do not.
+/// Of several columns that tell a force, those that do not. Duty cycles with a battery tell what
+/// the motors are given, too.
 fn superseded(id: &str, track: &Track, found: &mut Found) {
-    let Some(source) = track.thrust_source() else {
+    let has_force = track.specific_force_mps2.is_some() || track.force_n.is_some();
+    let Some(source) = track.thrust_source().filter(|_| has_force) else {
         return;
     };
+    let is_duty_alone = track.battery_v.is_none() || source == ThrustSource::DutyCycle;
     // Beside a ready force the thrust is what it counts from.
     let has_thrust = track.thrust_n.is_some() && source != ThrustSource::ReadyForce;
     let there = [
@@ -276,7 +280,11 @@ fn superseded(id: &str, track: &Track, found: &mut Found) {
             ThrustSource::RotorSpeed,
             "speeds of rotors",
         ),
-        (track.duty.is_some(), ThrustSource::DutyCycle, "duty cycles"),
+        (
+            track.duty.is_some() && is_duty_alone,
+            ThrustSource::DutyCycle,
+            "duty cycles",
+        ),
         (has_thrust, ThrustSource::Thrust, "thrust"),
         (
             track.force_n.is_some(),

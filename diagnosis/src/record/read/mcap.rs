@@ -189,6 +189,10 @@ impl Known {
 /// of `mav_msgs` (`default_topics.h`). They are read last.
 const ASKED: [&str; 3] = ["goal_pose", "setpoint_position", "command"];
 
+fn is_asked(topic: &str) -> bool {
+    topic.split('/').any(|part| ASKED.contains(&part))
+}
+
 /// Where most messages say when what they hold was so.
 const STAMP: [(&str, Is); 2] = [
     ("header.stamp.sec", Is::Seconds),
@@ -226,6 +230,13 @@ pub(super) fn mcap(log: Log<'_>, campaign: &Campaign, found: &mut Found) -> Opti
         let Some(kind) = kind.and_then(|kind| campaign.types.get(kind)) else {
             continue; // checked with the campaign
         };
+        let place = streams.iter().find(|stream| stream.has_position());
+        if let Some(Stream { name, .. }) = place.filter(|stream| is_asked(&stream.name)) {
+            let message = format!(
+                "its positions are those that `{name}` asks for: no topic says where it was"
+            );
+            found.remark(RemarkKind::Assumed, Some(&id), message);
+        }
         match joined(&id, streams, &SOURCES, found) {
             Some(samples) => {
                 vehicles.extend(vehicle(&id, file, samples, kind, &campaign, found));
@@ -272,7 +283,7 @@ pub(super) fn vehicles(mut bytes: &[u8]) -> Vec<String> {
 #[derive(Clone, Debug, PartialEq)]
 enum Whose {
     One(String),
-    /// The campaign's only vehicle's, unless other topics have it as a part.
+    /// The campaign's only vehicle's, unless one that has it as a part says where it was.
     Only(String),
     /// Said in each message.
     Named,
@@ -433,7 +444,7 @@ impl<'c> Bag<'c> {
         let tail = parts.get(tail..).unwrap_or_default().join("/");
         let rank = KNOWN.iter().position(|known| known.of == of);
         let known = rank.map(|rank| &KNOWN[rank]);
-        let later = match parts.iter().any(|part| ASKED.contains(part)) {
+        let later = match is_asked(&channel.topic) {
             true => KNOWN.len() + 1,
             false => 0,
         };
@@ -590,11 +601,15 @@ impl<'c> Bag<'c> {
         }
     }
 
-    /// Where the only vehicle is a part of some topics, the others are not its, but for those that
-    /// the campaign names in full.
+    /// Where a topic that has the only vehicle as a part says where it was, those without are not
+    /// its, but for those that the campaign names in full.
     fn leave_strange(&mut self) {
-        let mut topics = self.channels.values();
-        if !topics.any(|topic| matches!(topic.whose, Whose::One(_))) {
+        let says_where = |(.., channel): &(String, usize, u16)| {
+            let topic = &self.channels[channel];
+            let is_placed = topic.roles.contains(&Role::Position(0)) && !is_asked(&topic.name);
+            is_placed && matches!(topic.whose, Whose::One(_))
+        };
+        if !self.rows.keys().any(says_where) {
             return;
         }
         let columns = &self.campaign.columns.0;

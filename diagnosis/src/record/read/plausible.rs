@@ -332,6 +332,7 @@ pub(super) fn track(
     }
     if let Some(duty) = &track.duty {
         let mut means: Vec<f64> = duty.iter().map(|of| of.iter().sum::<f64>() / 4.0).collect();
+        means.retain(|mean| mean.is_finite());
         means.sort_by(f64::total_cmp);
         if let Some(top) = nearest_rank(&means, 0.9).filter(|top| *top < 0.05) {
             let message = format!("its motors are given {top:.4} of full at most: it never flies");

@@ -45,11 +45,9 @@ pub(super) fn joined(
     sources: &Sources,
     found: &mut Found,
 ) -> Option<Samples> {
-    let has_position =
-        |stream: &Stream| (0..3).all(|axis| stream.column(Role::Position(axis)).is_some());
-    let place = streams.iter().position(has_position)?;
+    let place = streams.iter().position(Stream::has_position)?;
     let Stream { name, t_s, columns } = streams.remove(place);
-    let placed: Vec<&str> = (streams.iter().filter(|stream| has_position(stream)))
+    let placed: Vec<&str> = (streams.iter().filter(|stream| stream.has_position()))
         .map(|stream| &stream.name[..])
         .collect();
     if !placed.is_empty() {
@@ -75,7 +73,7 @@ pub(super) fn joined(
             found.remark(RemarkKind::Unused, Some(id), message);
             continue;
         }
-        let mut is_used = stream.columns.is_empty() || has_position(&stream);
+        let mut is_used = stream.columns.is_empty() || stream.has_position();
         for (role, column) in stream.at(&t_s) {
             if let Entry::Vacant(place) = samples.columns.entry(role) {
                 place.insert(column);
@@ -154,6 +152,10 @@ impl Stream {
         if let Some(keep) = thinning.leaves(self.t_s.len()) {
             self.keep(&keep);
         }
+    }
+
+    pub(super) fn has_position(&self) -> bool {
+        (0..3).all(|axis| self.column(Role::Position(axis)).is_some())
     }
 
     fn column(&self, role: Role) -> Option<&Vec<f64>> {

@@ -2,6 +2,7 @@
 
 use super::super::read_log;
 use super::*;
+use crate::campaign::hardware::Effort;
 use crate::record::remark::Remark;
 
 const CAMPAIGN: &str = r#"(
@@ -130,7 +131,11 @@ fn rows_with_values_that_cannot_be_are_left_out_counted_and_told() {
 #[test]
 fn where_rotors_tell_the_thrust_a_spoilt_battery_costs_no_row() {
     let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
-    for (from, to, has) in [("3.9", "0", [true, false]), ("0.5", "1.5", [false, true])] {
+    for (from, to, of) in [
+        ("3.9", "0", "battery"),
+        ("0.5", "1.5", "duty"),
+        ("3.9", "", "battery"),
+    ] {
         let spoilt = log(&[(20, &format!(",{from}"), &format!(",{to}"))]);
         let rows = spoilt
             .replace(HEADER, "")
@@ -138,11 +143,34 @@ fn where_rotors_tell_the_thrust_a_spoilt_battery_costs_no_row() {
         let recording = read(&format!("{header}{rows}"));
         let track = &recording.vehicles[0].track;
         assert_eq!(track.t_s.len(), 50);
-        assert_eq!([track.duty.is_some(), track.battery_v.is_some()], has);
+        let (duty, battery_v) = (track.duty.as_ref(), track.battery_v.as_ref());
+        let of_duty = duty.expect("is kept").iter().map(|of| of.iter().sum());
+        let rows: Vec<f64> = match of {
+            "duty" => of_duty.collect(),
+            _ => battery_v.expect("is kept").clone(),
+        };
+        let faulty: Vec<usize> = (0..50).filter(|&row| !rows[row].is_finite()).collect();
+        assert_eq!(faulty, [20]);
         let remark = on_a(&recording)[0];
         let said = &remark.message;
-        assert!(said.contains("that can be: not used"), "{said}");
+        assert!(said.contains("that can be: left out alone"), "{said}");
         assert_eq!((remark.samples, remark.span_s), (1, Some((0.4, 0.4))));
+    }
+}
+
+#[test]
+fn one_glitch_of_the_battery_or_a_duty_cycle_costs_a_flight_no_more_than_its_row_of_hover() {
+    let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
+    for (from, to) in [(",3.9", ",0"), ("0.5,3.9", "1.5,3.9"), (",3.9", ",")] {
+        let rows = (0..150_u32).map(|index| match index {
+            20 => row(0.4).replacen(from, to, 1),
+            _ => row(f64::from(index) / 50.0),
+        });
+        let rows: String = rows.collect();
+        let rows = rows.replace('\n', ",20000,20000,20000,20000\n");
+        let effort = Effort::of(&read(&format!("{header}{rows}"))).expect("it hovers");
+        assert_eq!(effort.rows, 149);
+        assert!((effort.volts[3] - 0.5 * 3.9).abs() < 1e-12, "{effort:?}");
     }
 }
 
@@ -159,9 +187,17 @@ fn columns_that_others_stand_for_are_told() {
         said,
         [
             "roll, pitch and yaw are not used: there is a quaternion",
-            "its force is told by speeds of rotors, not by duty cycles, thrust",
+            "its force is told by speeds of rotors, not by thrust",
         ]
     );
+    // Without a force to be told there are the motors to be judged.
+    let rows = rows.replace("0,0,9.81,", "");
+    let recording = read(&format!(
+        "{}{rows}",
+        header.replace("ax_mps2,ay_mps2,az_mps2,", "")
+    ));
+    let is_of_force = |remark: &&Remark| remark.message.contains("force is told");
+    assert_eq!(on_a(&recording).into_iter().find(is_of_force), None);
 }
 
 #[test]
@@ -394,6 +430,15 @@ fn a_published_thrust_map_is_taken_over_in_newtons() {
     let recording =
         read_log("f", "f.csv", log(&[]).as_bytes(), &campaign(&metadata)).expect("in order");
     assert!(recording.vehicles[0].thrust_map.is_some());
+    // It takes duty cycles, and nothing else.
+    let header = HEADER.replace("vbat_v", "vbat_v,rpm1,rpm2,rpm3,rpm4");
+    let rows = log(&[]).replace(HEADER, "");
+    let of_rotors = header + &rows.replace('\n', ",20000,20000,20000,20000\n");
+    let recording = read_log("f", "f.csv", of_rotors.as_bytes(), &campaign(&metadata));
+    let recording = recording.expect("in order");
+    assert_eq!(recording.vehicles[0].thrust_map, None);
+    let is_told = |remark: &&Remark| remark.message.starts_with("its thrust map is not used");
+    assert!(on_a(&recording).iter().any(is_told));
     let metadata = metadata.replace("(0.12, 0.96)", "(0.96, 0.12)");
     let problems = Campaign::parse("c.ron", &metadata).expect_err("is refused");
     assert!(

@@ -164,6 +164,11 @@ fn a_bag_without_a_campaign_says_whose_positions_it_holds() {
 
 /// A bag of poses: a topic, and how high each of its fifty poses is (m).
 fn poses(topics: &[(&str, f64)]) -> Vec<u8> {
+    bag_of(topics, &[])
+}
+
+/// The same beside topics of empty strings.
+fn bag_of(topics: &[(&str, f64)], strings: &[&str]) -> Vec<u8> {
     let rule = "=".repeat(80);
     let definition = [
         "std_msgs/Header header\ngeometry_msgs/Pose pose",
@@ -202,6 +207,19 @@ fn poses(topics: &[(&str, f64)]) -> Vec<u8> {
             writer.write_to_known_channel(&header, &data).expect("fits");
         }
     }
+    let schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data");
+    let schema = schema.expect("fits");
+    for topic in strings {
+        let channel = writer.add_channel(schema, topic, "cdr", &BTreeMap::new());
+        let header = mcap::records::MessageHeader {
+            channel_id: channel.expect("fits"),
+            sequence: 0,
+            log_time: 0,
+            publish_time: 0,
+        };
+        let data = [0, 1, 0, 0, 1, 0, 0, 0, 0];
+        writer.write_to_known_channel(&header, &data).expect("fits");
+    }
     writer.finish().expect("ends");
     drop(writer);
     bag.into_inner()
@@ -220,4 +238,27 @@ fn of_two_topics_with_a_place_one_is_taken_not_what_is_asked_for_and_both_are_to
         let told = format!("its positions are those of `/cf1/pose`, not those of `/cf1/{other}`");
         assert!(said(&recording).contains(&told), "{}", said(&recording));
     }
+}
+
+#[test]
+fn who_is_a_part_of_topics_that_say_no_place_has_those_without_it_and_a_goal_alone_is_told() {
+    let mut campaign = campaign("");
+    campaign.vehicles.0.retain(|(id, _)| id == "cf1");
+    let read = |topics: &[(&str, f64)]| {
+        read_log("bag", "bag.mcap", &poses(topics)[..], &campaign).expect("in order")
+    };
+    let asks = "`/cf1/goal_pose` asks for: no topic says where it was";
+    for (topics, height_m, is_told) in [
+        (&[("/pose", 1.0), ("/cf1/goal_pose", 2.0)][..], 1.0, false),
+        (&[("/pose", 1.0), ("/cf1/pose", 2.0)], 2.0, false),
+        (&[("/cf1/goal_pose", 2.0)], 2.0, true),
+    ] {
+        let recording = read(topics);
+        assert_eq!(recording.vehicles[0].track.position_m[7].z, height_m);
+        assert_eq!(said(&recording).contains(asks), is_told, "{topics:?}");
+    }
+    // Of a type that is not read.
+    let with_status = bag_of(&[("/pose", 1.0)], &["/cf1/status"]);
+    let recording = read_log("bag", "bag.mcap", &with_status[..], &campaign).expect("in order");
+    assert_eq!(recording.vehicles[0].track.position_m[7].z, 1.0);
 }
