@@ -14,8 +14,8 @@
 //! crosses a height twice between two cuts is taken for none.
 //!
 //! The strength of air is that of a drone hovering with the thrust of the moment it left: `U` goes
-//! with the root of the thrust. Where wind or warmth bend a jet, its shape is that of the nearest of
-//! the masses that are flown. Cross-flow of the drone's own motion does not weaken it: no
+//! with the root of the thrust. Where wind or warmth bend a jet, its shape is that of the nearest
+//! of the masses that are flown. Cross-flow of the drone's own motion does not weaken it: no
 //! measurement says by how much it would.
 
 use std::collections::VecDeque;
