@@ -369,6 +369,7 @@ impl VehicleFlight {
     ) -> VehicleFlight {
         let recording = &recordings[trace.recording];
         let track = &trace.of.track;
+        let places_m = track.settled_m();
         let recorded_n = force::recorded_n(trace, thrust_n, LOW_PASS);
         let mut smooth_n = thrust_n.to_vec();
         trace.smooth(LOW_PASS, &mut smooth_n);
@@ -390,7 +391,7 @@ impl VehicleFlight {
             // A millisecond: times are decimal fractions.
             let is_due = |t_s: f64, next_s: f64| t_s >= next_s - 1e-3;
             for row in run {
-                let (t_s, position_m) = (track.t_s[row], track.position_m[row]);
+                let (t_s, position_m) = (track.t_s[row], places_m[row]);
                 if !is_due(t_s, next_s) {
                     continue;
                 }

@@ -2,6 +2,7 @@
 //! any moment.
 
 use std::borrow::Borrow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use airflow::Surroundings;
@@ -28,6 +29,8 @@ pub struct Flow<'a> {
     convection: Option<f64>,
     /// Whether the radial flow is left out.
     axial_only: bool,
+    /// Where each vehicle was at each entry of its track (m).
+    places_m: Vec<Arc<[Point3<f64>]>>,
     /// When the first drone's track begins (s).
     began_s: f64,
 }
@@ -116,6 +119,8 @@ pub struct Wakes {
     made: Vec<Wake>,
     /// By recording and vehicle: which of them; `None` where it has none.
     of: Vec<Vec<Option<usize>>>,
+    /// By recording and vehicle: where it was at each entry of its track (m).
+    places_m: Vec<Vec<Arc<[Point3<f64>]>>>,
 }
 
 impl Wakes {
@@ -135,6 +140,7 @@ impl Wakes {
     pub fn of_all(recordings: &[Recording]) -> Wakes {
         let mut made: Vec<(Wake, &Recording)> = Vec::new();
         let mut of = Vec::with_capacity(recordings.len());
+        let mut places_m: Vec<Vec<Arc<[Point3<f64>]>>> = Vec::with_capacity(recordings.len());
         for recording in recordings {
             let mut of_vehicle = |vehicle: &Vehicle| {
                 let same = |(wake, known): &(Wake, &Recording)| {
@@ -152,10 +158,13 @@ impl Wakes {
                 })
             };
             of.push(recording.vehicles.iter().map(&mut of_vehicle).collect());
+            let settled = |vehicle: &Vehicle| vehicle.track.settled_m().into();
+            places_m.push(recording.vehicles.iter().map(settled).collect());
         }
         Wakes {
             made: made.into_iter().map(|(wake, _)| wake).collect(),
             of,
+            places_m,
         }
     }
 
@@ -173,6 +182,7 @@ impl Wakes {
         Wakes {
             made: made.collect(),
             of: self.of.clone(),
+            places_m: self.places_m.clone(),
         }
     }
 }
@@ -247,6 +257,7 @@ impl<'a> Flow<'a> {
             effects: hypothesis.effects,
             convection: transport.map_or(declared, |transport| transport.convection()),
             axial_only: false,
+            places_m: wakes.places_m[at].clone(),
         }
     }
 
@@ -254,6 +265,12 @@ impl<'a> Flow<'a> {
     #[must_use]
     pub fn recording(&self) -> &'a Recording {
         self.recording
+    }
+
+    /// Where a vehicle was at a moment of its track (m).
+    #[must_use]
+    pub fn position_m(&self, vehicle: usize, moment: Moment) -> Point3<f64> {
+        Track::place_at(&self.places_m[vehicle], moment)
     }
 
     /// Sets a vehicle's clock offset: `offset_s` is added to the recording's time to read its
@@ -497,18 +514,20 @@ impl<'a> Flow<'a> {
         leans: bool,
         (t_s, point_m): (f64, Point3<f64>),
     ) -> Sighting {
-        let Some(moment) = Flow::moment_of(emitter, self.convection, t_s, point_m) else {
+        let Some(moment) = self.moment_of(emitter, self.convection, t_s, point_m) else {
             return Sighting::Unknown;
         };
         if emitter.track.is_idle(moment.entry) {
             return Sighting::Idle;
         }
-        let position_m = emitter.track.position_at(moment);
+        let position_m = self.position_m(emitter.vehicle, moment);
         let lean = leans.then(|| {
             // Where a baseline has air arrive at once, it leans as its drone did when it left all
             // the same; before the track, or across a gap, as the drone does now.
             let left = match self.convection {
-                None => Flow::moment_of(emitter, Some(1.0), t_s, point_m).unwrap_or(moment),
+                None => self
+                    .moment_of(emitter, Some(1.0), t_s, point_m)
+                    .unwrap_or(moment),
                 Some(_) => moment,
             };
             WakeLean::against(emitter.track.attitude_at(left) * Vector3::z())
@@ -550,6 +569,7 @@ impl<'a> Flow<'a> {
 
     /// When the air at a point left a drone; `None`: its place is not known then.
     fn moment_of(
+        &self,
         emitter: &Emitter,
         convection: Option<f64>,
         t_s: f64,
@@ -563,7 +583,7 @@ impl<'a> Flow<'a> {
         near.store(moment.entry, Ordering::Relaxed);
         if let Some(convection) = convection {
             for _ in 0..DELAY_ITERATIONS {
-                let depth_m = emitter.track.position_at(moment).z - point_m.z;
+                let depth_m = self.position_m(emitter.vehicle, moment).z - point_m.z;
                 let far = emitter.wake.far_field();
                 // Air older than the track came from where the track begins.
                 let left_s = (t_s - far.transport_time_s(depth_m, convection))

@@ -53,7 +53,7 @@ const LEAST_STILL: usize = 20;
 pub(crate) fn is_still(flow: &Flow, vehicle_index: usize, t_s: f64) -> Option<bool> {
     let recording = flow.recording();
     let vehicle = &recording.vehicles[vehicle_index];
-    let centre_m = vehicle.track.position_at(vehicle.track.moment(t_s)?);
+    let centre_m = flow.position_m(vehicle_index, vehicle.track.moment(t_s)?);
     let air_mps = -flow.velocity_mps(t_s, centre_m, Some(vehicle_index))?.z;
     Some(air_mps < STILL * recording.hover_mps(vehicle))
 }
@@ -131,7 +131,7 @@ fn prompt_ratios(flow: &Flow, clock_s: f64, rows: &[usize], is_power: bool) -> V
     let first_v = samples().find_map(|sample| sample.battery_v);
     let ratio_of = |sample: &ReceiverSample| {
         let moment = vehicle.track.moment(sample.t_s + clock_s)?;
-        let centre_m = vehicle.track.position_at(moment);
+        let centre_m = flow.position_m(vehicle_index, moment);
         let air = baseline.receiver_air;
         let others = |other| other != vehicle_index;
         let air_mps = flow.met_mps(air, &discs, (sample.t_s, centre_m), others)?;

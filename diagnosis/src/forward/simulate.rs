@@ -232,7 +232,7 @@ fn sample(
         (Channel::Speed, Some(probes)) => (probes.samples[row].position_m, None),
         _ => {
             let track = &recording.vehicles[vehicle].track;
-            let position_m = track.position_at(track.moment(t_s)?);
+            let position_m = flow.position_m(vehicle, track.moment(t_s)?);
             (position_m, Some(vehicle))
         }
     };

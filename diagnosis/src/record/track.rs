@@ -101,7 +101,13 @@ impl Track {
     /// Position at a moment (m), linear between entries.
     #[must_use]
     pub fn position_at(&self, moment: Moment) -> Point3<f64> {
-        moment.between(&self.position_m, |from_m, to_m, share| {
+        Track::place_at(&self.position_m, moment)
+    }
+
+    /// One of some places, one an entry, at a moment (m), linear between entries.
+    #[must_use]
+    pub fn place_at(places_m: &[Point3<f64>], moment: Moment) -> Point3<f64> {
+        moment.between(places_m, |from_m, to_m, share| {
             from_m + (to_m - from_m) * share
         })
     }
