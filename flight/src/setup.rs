@@ -1,7 +1,8 @@
 //! A file of parameters: vehicles by airframe, gains of both controllers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use airflow::Airframe;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use thiserror::Error;
@@ -91,6 +92,15 @@ impl Setup {
         }
     }
 
+    /// Airframes that it names and that neither these are nor any preset: misspelt, mostly.
+    #[must_use]
+    pub fn unknown<'a>(&'a self, flown: &BTreeSet<&str>) -> Vec<&'a str> {
+        let names = self.airframes.keys().map(String::as_str);
+        names
+            .filter(|name| !flown.contains(name) && !Airframe::PRESETS.contains(name))
+            .collect()
+    }
+
     /// Gains of a controller.
     #[must_use]
     pub fn gains(&self, controller: Controller) -> Gains {
@@ -121,5 +131,12 @@ mod tests {
         assert_eq!(values.len(), 3, "{values:?}");
         assert!(values[0].starts_with(r#"airframes, "k": thrust_to_weight is 0.5"#));
         assert_eq!(Setup::read("()"), Ok(Setup::default()));
+    }
+
+    #[test]
+    fn names_that_are_neither_flown_nor_presets_are_unknown() {
+        let text = r#"(airframes: {"kolibry": (), "kolibri": (), "own": ()})"#;
+        let setup = Setup::read(text).expect("in order");
+        assert_eq!(setup.unknown(&BTreeSet::from(["own"])), ["kolibry"]);
     }
 }

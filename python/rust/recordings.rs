@@ -146,7 +146,7 @@ pub(crate) fn diagnose_flights(
 ) -> PyResult<(String, String)> {
     let logs = all(&recordings);
     let judge = match near_the_floor {
-        true => near_floor(&logs),
+        true => near_floor(&logs).map_err(|error| sentence(py, "RecordingError", error))?,
         false => Vec::new(),
     };
     let options = CampaignOptions { judge, alone };

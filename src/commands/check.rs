@@ -55,6 +55,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let out = arguments.out.clone();
     let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
     let found = examine(&file, true);
+    if let Some(setup) = &vehicles {
+        fly::tell_unknown(setup, &found.plan);
+    }
     let batteries = Batteries::of(&found.plan, arguments.battery, vehicles.as_ref());
     let missing = asked.map(|world| missing(&world, &found.plan));
     let violations = &found.plan.violations;

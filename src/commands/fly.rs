@@ -10,13 +10,14 @@ use flight::controller::Controller;
 use flight::feed_forward::FeedForward;
 use flight::gusts::INTENSITY;
 use flight::{FlightReport, Options, Setup};
+use planner::plan::Plan;
 use planner::plan::file::PlanFile;
 use planner::verify::examination::examine;
 use serde::Serialize;
 use viewer::View;
 
 use crate::commands::number;
-use crate::commands::plan::{seconds, use_threads};
+use crate::commands::plan::{seconds, tell_notes, use_threads};
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files::{self, OutFolder};
@@ -141,6 +142,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     );
     let source = Source::one(path, airframes.0, airframes.1);
     let file = source.read()?.file;
+    tell_unknown(&setup, &file.plan);
     let options = options(arguments, &file);
     let name = source.name(&file);
     let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
@@ -221,6 +223,14 @@ pub(super) fn setup(path: Option<&Path>) -> Result<Option<Setup>, Failure> {
         })
     };
     path.map(read).transpose()
+}
+
+/// Notes which airframes of a file of parameters no drone of the plan has.
+pub(super) fn tell_unknown(setup: &Setup, plan: &Plan) {
+    let flown = plan.drones.iter().map(|drone| &drone.airframe.name[..]);
+    let unknown = setup.unknown(&flown.collect());
+    let note = |name| format!("--vehicles: no drone of the plan has an airframe `{name}`");
+    tell_notes(&unknown.into_iter().map(note).collect::<Vec<String>>());
 }
 
 fn options(arguments: &Arguments, file: &PlanFile) -> Options {

@@ -189,7 +189,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 }
 
 /// Prints what a reader of a plan should know, on standard error.
-fn tell_notes(notes: &[String]) {
+pub(super) fn tell_notes(notes: &[String]) {
     if !notes.is_empty() {
         tell(problems::draw_notes(notes, problems::colour_on_stderr()).trim_end());
     }
@@ -216,6 +216,9 @@ fn deliver(
     durations: &Durations,
 ) -> Result<Answer, Failure> {
     let Planned { plan, effort, .. } = planned;
+    if let Some(setup) = vehicles {
+        fly::tell_unknown(setup, plan);
+    }
     let batteries = Batteries::of(plan, arguments.battery, vehicles);
     let mut printed = Printed {
         status: plan.status.as_str(),

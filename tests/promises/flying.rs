@@ -185,6 +185,13 @@ fn a_drone_that_draws_more_than_its_battery_holds_is_warned_of() {
     let (_, told, errors) = run(folder, line);
     let said = "Warning: more than a full battery holds: ";
     assert!(told.contains(said), "{told}{errors}");
+    assert!(!errors.contains("airframe"), "{errors}");
+    fs::write(folder.join("slip.ron"), r#"(airframes: {"kolibry": ()})"#).unwrap();
+    for line in ["fly plan.json --until 0.5", "check plan.json"] {
+        let (_, _, errors) = run(folder, &format!("{line} --vehicles slip.ron"));
+        let note = "no drone of the plan has an airframe `kolibry`";
+        assert!(errors.contains(note), "{line}: {errors}");
+    }
     let line = line.replace(" --vehicles small.ron", "");
     assert!(!run(folder, &line).1.contains(said));
 }

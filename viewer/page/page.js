@@ -477,7 +477,7 @@ const build = () => {
   row('now', 'doing'); row('air', 'air'); row('altitude', 'altitude'); row('speed', 'speed');
   row('arrives').textContent = chosen.unplanned ? 'stays' : `${number(chosen.arrives_s)} s, waits ${number(chosen.waits_s)} s`;
   row('worst air').textContent = chosen.worst_air_mps >= 0.05 ? `${number(chosen.worst_air_mps)} of ${number(limitMps(chosen, chosen.worst_air_at_s ?? 0))} m/s` : 'none';
-  row('extra energy').textContent = '+' + number(chosen.extra_energy_percent) + ' %';
+  row('extra energy').textContent = chosen.unplanned ? 'not planned' : '+' + number(chosen.extra_energy_percent) + ' %';
   row('may be late').textContent = chosen.may_be_late_s === null ? 'not asked' : chosen.may_be_late_s >= 3 ? '3 s or more' : number(chosen.may_be_late_s, 2) + ' s';
   row('plan\u2019s margins').textContent = `${number(data.margins.time_s, 2)} s, ${number(data.margins.tracking_m, 2)} m`;
   if (chosen.unplanned) { const it = add('p', 'Stays: ' + chosen.unplanned); it.className = 'over'; }

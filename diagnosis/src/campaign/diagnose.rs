@@ -157,8 +157,10 @@ pub struct Located {
 
 /// Recordings that fly near the floor: more than half of their entries lower than 0.35 m above it,
 /// from where on thrust maps are identified.
-#[must_use]
-pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
+///
+/// # Errors
+/// None does.
+pub fn near_floor(recordings: &[Recording]) -> Result<Vec<usize>, CampaignError> {
     let is_low = |recording: &Recording| {
         let Some(floor_z_m) = recording.environment.floor_z_m else {
             return false;
@@ -171,7 +173,11 @@ pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
         2 * low.count() > positions_m.len()
     };
     let all = 0..recordings.len();
-    all.filter(|&index| is_low(&recordings[index])).collect()
+    let low: Vec<usize> = all.filter(|&index| is_low(&recordings[index])).collect();
+    match low.is_empty() {
+        true => Err(CampaignError::NoneLow),
+        false => Ok(low),
+    }
 }
 
 /// Diagnoses the vertical forces of several flights together.

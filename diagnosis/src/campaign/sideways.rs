@@ -792,7 +792,7 @@ fn of_vehicle(
         let mut next_s = f64::NEG_INFINITY;
         let mut follows = false;
         for (at, row) in run.clone().enumerate() {
-            let (time_s, position_m) = (t_s[at], track.position_m[row]);
+            let (time_s, position_m) = (t_s[at], flow.places_m(trace.vehicle)[row]);
             // A millisecond: times are decimal fractions.
             if time_s < next_s - 1e-3 {
                 continue;

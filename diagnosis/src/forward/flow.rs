@@ -267,10 +267,16 @@ impl<'a> Flow<'a> {
         self.recording
     }
 
+    /// Where a vehicle was at each entry of its track (m).
+    #[must_use]
+    pub fn places_m(&self, vehicle: usize) -> &[Point3<f64>] {
+        &self.places_m[vehicle]
+    }
+
     /// Where a vehicle was at a moment of its track (m).
     #[must_use]
     pub fn position_m(&self, vehicle: usize, moment: Moment) -> Point3<f64> {
-        Track::place_at(&self.places_m[vehicle], moment)
+        Track::place_at(self.places_m(vehicle), moment)
     }
 
     /// Sets a vehicle's clock offset: `offset_s` is added to the recording's time to read its

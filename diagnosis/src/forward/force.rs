@@ -68,7 +68,8 @@ impl<'a> Force<'a> {
             flow.met_mps(air, &self.discs, (t_s - clock_s, centre_m), others)
                 .unwrap_or(f64::NAN)
         };
-        track.t_s.iter().zip(&track.position_m).map(met).collect()
+        let places_m = flow.places_m(self.trace.vehicle);
+        track.t_s.iter().zip(places_m).map(met).collect()
     }
 
     /// Vertical force (N) that the declared law leaves of the thrust in this air, low-passed within
@@ -127,7 +128,7 @@ pub fn simulate(
             if !(recorded_n[row] + simulated_n[row]).is_finite() {
                 continue;
             }
-            let (t_s, position_m) = (track.t_s[row], track.position_m[row]);
+            let (t_s, position_m) = (track.t_s[row], flow.places_m(index)[row]);
             samples.push(Sample {
                 channel: Channel::VerticalForce,
                 row,

@@ -21,12 +21,9 @@ pub(crate) fn options(
     near_the_floor: bool,
 ) -> Result<CampaignOptions, Failure> {
     let judge = match near_the_floor {
-        true => near_floor(recordings),
+        true => near_floor(recordings)?,
         false => Vec::new(),
     };
-    if near_the_floor && judge.is_empty() {
-        return Err(CampaignError::NoneLow.into());
-    }
     Ok(CampaignOptions { alone, judge })
 }
 

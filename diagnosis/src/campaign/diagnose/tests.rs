@@ -133,6 +133,13 @@ fn a_finding_is_judged_on_any_number_of_flights_and_of_one_block_without_an_inte
 }
 
 #[test]
+fn without_flights_near_the_floor_there_are_none_to_be_judged() {
+    // A metre above it.
+    let low = near_floor(&flights(|_, _| 0.0));
+    assert!(matches!(low, Err(CampaignError::NoneLow)), "{low:?}");
+}
+
+#[test]
 fn what_is_taken_back_leaves_nothing_that_would_have_come_next() {
     let (recordings, options) = (flights(|_, _| 0.01), CampaignOptions::default());
     let forces = Forces::new(&recordings, &options).expect("ready forces");
