@@ -261,23 +261,28 @@ pub(super) fn is_shuffled(t_s: &[f64]) -> bool {
 /// Why rows are left out whose times do not rise.
 pub(super) const OUT_OF_ORDER: &str = "their time is missing, repeats or goes back";
 
-/// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the
-/// culprit, not all that follow it.
+/// As many rows as can be whose times rise strictly, and the others: times that are far ahead of
+/// their neighbours are the culprits, not all that follow them.
+///
+/// The longest increasing subsequence (Schensted 1961, Can. J. Math. 13:179), from the end: of
+/// several, that which keeps what came first.
 pub(super) fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
-    let (mut kept, mut left_out) = (Vec::with_capacity(t_s.len()), Vec::new());
-    let mut last_s = f64::NEG_INFINITY;
-    for (row, &time_s) in t_s.iter().enumerate() {
-        let next_s = t_s.get(row + 1).copied();
-        // Of the first two the first is it if the third lies before it, too.
-        let is_ahead = row > 0 || t_s.get(2).is_some_and(|third_s| *third_s < time_s);
-        let leaps = next_s.is_some_and(|next_s| next_s < time_s && next_s > last_s && is_ahead);
-        if time_s.is_finite() && time_s > last_s && !leaps {
-            last_s = time_s;
-            kept.push(row);
-        } else {
-            left_out.push(row);
+    // By length, the first row of the sequence to the end that begins latest.
+    let mut firsts: Vec<usize> = Vec::new();
+    let mut next = vec![None; t_s.len()];
+    for row in (0..t_s.len()).rev().filter(|row| t_s[*row].is_finite()) {
+        let longest = firsts.partition_point(|first| t_s[*first] > t_s[row]);
+        next[row] = longest.checked_sub(1).map(|before| firsts[before]);
+        match firsts.get_mut(longest) {
+            Some(first) => *first = row,
+            None => firsts.push(row),
         }
     }
+    let kept: Vec<usize> =
+        std::iter::successors(firsts.last().copied(), |row| next[*row]).collect();
+    let mut is_kept = vec![false; t_s.len()];
+    kept.iter().for_each(|row| is_kept[*row] = true);
+    let left_out = (0..t_s.len()).filter(|row| !is_kept[*row]).collect();
     (kept, left_out)
 }
 
@@ -418,4 +423,23 @@ fn floor(z_m: &[f64], touch_z_m: f64, keep: &mut Vec<usize>, log: &mut RowRemark
     let what =
         format!("cut: on the floor or touching it (below {touch_z_m} m) at {listed} s{more}");
     log.tell(RemarkKind::Touch, &rows, &what);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_order;
+
+    #[test]
+    fn times_far_ahead_are_left_out_and_not_what_follows_them() {
+        for (t_s, left_out) in [
+            (&[0.0, 1.0, 90.0, 91.0, 2.0, 3.0, 4.0][..], &[2, 3][..]),
+            (&[80.0, 0.0, 1.0, 2.0], &[0]),
+            (&[0.0, 1.0, f64::NAN, 1.0, 2.0, f64::INFINITY], &[2, 3, 5]),
+            // A clock that was set back by two: what came first stays.
+            (&[0.0, 1.0, 2.0, 3.0, 1.5, 2.5, 3.5], &[4, 5]),
+            (&[], &[]),
+        ] {
+            assert_eq!(in_order(t_s).1, left_out, "{t_s:?}");
+        }
+    }
 }
