@@ -120,7 +120,9 @@ impl Why {
             }
             Why::Unplanned(1) => format!("with {without}, one drone has no path"),
             Why::Unplanned(drones) => format!("with {without}, {drones} drones have no path"),
-            Why::Spent(states) => format!("with {without}, {states} states gave no plan"),
+            Why::Spent(states) => {
+                format!("with {without}, no plan was found in {states} search states")
+            }
         };
         format!("planned {planned}: {why}; {key} asks for it all the same")
     }
@@ -199,6 +201,11 @@ mod tests {
     #[test]
     fn a_note_says_why_rules_were_given_up_in_words_of_its_reader() {
         let note = |why: Why| why.note(true);
+        assert_eq!(
+            note(Why::Spent(6001)),
+            "planned with quasi-static wakes: with advected wakes, no plan was found in 6001 search states; \
+             air: (convection: (0.6, 1.0)) asks for it all the same"
+        );
         let excluded = note(Why::Excluded(2));
         assert!(
             excluded.contains("wakes, 2 pairs of places exclude one another;"),
