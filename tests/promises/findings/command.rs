@@ -74,6 +74,31 @@ fn given_or_cited_a_finding_makes_the_same_plan_and_without_it_another() {
 }
 
 #[test]
+fn the_report_names_only_effects_that_move_the_air_a_limit_counts() {
+    let desk = tempfile::tempdir().unwrap();
+    let one = r#"Scenario(name: "one", bounds_m: (min: (0, 0, 0), max: (6, 6, 4)), drones: [
+        (name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (4, 4, 1))]),
+    ])"#;
+    fs::write(desk.path().join("one.ron"), one).unwrap();
+    for (wind, told) in [
+        ("", "6 x 6 x 4 m\n"),
+        ("crossflow: (wind_mps: (0, 0.5)), ", "air with crossflow\n"),
+    ] {
+        let own = "own_motion: (climb: 1, forward: 0.2), body_drag: (area_over_l2: 0.1)";
+        let finding = format!("Finding(verdict: library, effects: ({wind}{own}))");
+        fs::write(desk.path().join("finding.ron"), finding).unwrap();
+        let output = plan(
+            desk.path(),
+            &["one.ron", "--finding", "finding.ron", "--out", "out"],
+        );
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let printed = String::from_utf8(output.stdout).unwrap();
+        let title = printed.split_inclusive('\n').next().unwrap();
+        assert!(title.ends_with(told), "{title}");
+    }
+}
+
+#[test]
 fn a_finding_that_cannot_be_flown_or_read_is_told_with_exit_code_2() {
     let desk = tempfile::tempdir().unwrap();
     fs::write(desk.path().join("plain.ron"), hall("")).unwrap();
