@@ -53,7 +53,7 @@ pub enum FeedForward {
     None,
     /// The paper's: the value at its centre, of wakes that follow their drones at once.
     Paper,
-    /// The mean over its rotor discs, of wakes that take their time.
+    /// The mean over its rotor discs, of advected wakes.
     Late,
     /// The same, with the speed that holds the thrust of its own rotors ([`Rotor`]) in place of
     /// `∛β`: what a stack can do that has identified them.

@@ -12,9 +12,8 @@ use std::process::ExitCode;
 
 use nalgebra::Point3;
 use planner::plan::Plan;
-use planner::plan::outcome::{Control, Outcome};
-use planner::read_world;
-use planner::scenario::world::{AtStart, Task, World};
+use planner::replan::change::Change;
+use planner::{Control, Outcome, Running, Task, read_world};
 
 /// Two scouts count stock on their sides of a rack while a heavy drone crosses the hall above them.
 const SHIFT: &str = r#"Scenario(
@@ -30,72 +29,42 @@ const SHIFT: &str = r#"Scenario(
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let world = read_world(SHIFT)?;
-    let Some(plan) = planned(&world)? else {
+    let Outcome::Safe(planned) = planner::plan_world(&world, &Control::QUIET)? else {
+        eprintln!("the shift cannot be flown as it is");
         return Ok(ExitCode::FAILURE);
     };
-    tell("the shift", &plan);
+    tell("the shift", &planned.plan);
 
-    let now_s = 4.0;
-    let mut rest = at_time(&world, &plan, now_s);
-    let order = Task {
+    // Drones under way, and their air, go on from where they are; those that need not change keep
+    // their trajectories.
+    let mut running = Running::new(world, planned.plan)?;
+    let mut tasks = running.world().drones[2].tasks.clone();
+    tasks.push(Task {
         to_m: Point3::new(10.0, 9.0, 1.5),
         dwell_s: 3.0,
         load_kg: None,
         during_s: None,
+    });
+    let order = Change::Retasked {
+        drone: "scout-2".to_owned(),
+        tasks,
     };
-    if let Some(scout) = rest.drones.iter_mut().find(|drone| drone.name == "scout-2") {
-        scout.tasks.push(order);
-    }
-    let Some(plan) = planned(&rest)? else {
-        return Ok(ExitCode::FAILURE);
+    let told = match running.replan(4.0, &[order], &Control::QUIET) {
+        Ok(told) => told,
+        Err(problems) => {
+            problems.iter().for_each(|problem| eprintln!("{problem}"));
+            return Ok(ExitCode::FAILURE);
+        }
     };
-    tell("after 4 s, with one more order for scout-2", &plan);
-    Ok(ExitCode::SUCCESS)
-}
-
-/// A plan that is safe; what keeps it from being so is told otherwise.
-fn planned(world: &World) -> Result<Option<Plan>, Box<dyn Error>> {
-    match planner::plan_world(world, &Control::QUIET)? {
-        Outcome::Safe(planned) => return Ok(Some(planned.plan)),
-        Outcome::Partial(planned) => {
-            for failure in &planned.failures {
-                eprintln!("{} stays: {}", failure.drone, failure.cause);
-            }
-        }
-        Outcome::Unsafe(planned) => {
-            eprintln!(
-                "not to be flown: {} violations",
-                planned.plan.violations.len()
-            );
-        }
-        Outcome::Infeasible { conflicts } => {
-            eprintln!("{} pairs of starts exclude one another", conflicts.count());
-        }
+    for changed in &told.changed {
+        println!("{} changes its path: {:?}", changed.drone, changed.cause);
     }
-    Ok(None)
-}
-
-/// What is left of a world once its plan has been flown up to a time (s): every drone starts where
-/// it is, and keeps its one task until that is done. Who has several tasks or a load keeps books of
-/// its own.
-fn at_time(world: &World, plan: &Plan, now_s: f64) -> World {
-    let mut rest = world.clone();
-    for (drone, flown) in rest.drones.iter_mut().zip(&plan.drones) {
-        if let Some(position_m) = flown.trajectory.position_m(now_s) {
-            drone.start_m = position_m;
-        }
-        let (from_s, until_s) = flown.airborne_s;
-        let airborne = from_s <= now_s && until_s.is_none_or(|until_s| now_s < until_s);
-        drone.at_start = if airborne {
-            AtStart::Hover
-        } else {
-            AtStart::Landed
-        };
-        if flown.arrives_s <= now_s {
-            drone.tasks.clear();
-        }
-    }
-    rest
+    tell(
+        "from 4 s on, with one more order for scout-2",
+        running.plan(),
+    );
+    let is_safe = told.refused.is_empty() && running.plan().violations.is_empty();
+    Ok(ExitCode::from(u8::from(!is_safe)))
 }
 
 fn tell(when: &str, plan: &Plan) {

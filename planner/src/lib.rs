@@ -25,7 +25,7 @@
 //!         }
 //!     }
 //!     Outcome::Unsafe(planned) => println!("do not fly: {} violations", planned.plan.violations.len()),
-//!     Outcome::Infeasible { conflicts } => println!("{} pairs of starts exclude one another", conflicts.count()),
+//!     Outcome::Infeasible { conflicts } => println!("{} pairs of places exclude one another", conflicts.count()),
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -1042,10 +1042,7 @@ fn planned_anew(world: &planner::World, limit: &Limit<'_>) -> Result<planner::Pl
         Outcome::Infeasible { conflicts } => refused(
             Code::NoPlan,
             "params.scenario",
-            format!(
-                "{} pairs of starts or goals exclude one another",
-                conflicts.count()
-            ),
+            format!("{} pairs of places exclude one another", conflicts.count()),
         ),
     }
 }

@@ -337,7 +337,11 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
             &|it| Some(f64::from(u8::from(it.is_smooth))),
             0,
         ),
-        number("longest kernel (s)", &|it| it.longest_kernel_s, 2),
+        number(
+            "slowest change of velocity (s)",
+            &|it| it.longest_kernel_s,
+            2,
+        ),
         number(
             "slowest air over the centreline's",
             &|it| convection(it, 0),

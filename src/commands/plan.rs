@@ -167,8 +167,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         ..Printed::default()
     };
     let pairs = match conflicts.count() {
-        1 => "1 pair of starts or ends excludes one another".to_owned(),
-        pairs => format!("{pairs} pairs of starts or ends exclude one another"),
+        1 => "1 pair of places excludes one another".to_owned(),
+        pairs => format!("{pairs} pairs of places exclude one another"),
     };
     let mut report = Report {
         title: format!("{}: no plan can be safe, {pairs}", world.name),

@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     /// Write marks.json and marks.txt to this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Write the recordings there as well, and what was injected to truth/: about 200 kB each
+    /// Write the recordings there as well, and what was injected to truth/: about 500 kB each
     #[arg(long, requires = "out")]
     recordings: bool,
 }

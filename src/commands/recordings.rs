@@ -19,8 +19,8 @@ use crate::report::words::wrote;
 
 #[derive(Args, Clone)]
 pub(crate) struct Asked {
-    /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg, .bin, of a
-    /// Crazyflie's card), or folders of either
+    /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg, .bin, .mcap, of
+    /// a Crazyflie's card), or folders of either
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// What flight logs leave unsaid (RON) [default: the campaign.ron beside or above them]

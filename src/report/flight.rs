@@ -74,7 +74,7 @@ fn setting(flown: &FlightReport) -> String {
     } else {
         ""
     };
-    format!("wakes late, {gusts}{lean}; figures of a drone are the worst over the flights")
+    format!("advected wakes, {gusts}{lean}; figures of a drone are the worst over the flights")
 }
 
 /// The flights without feed-forward, and those with the best that was flown.

@@ -136,6 +136,24 @@ fn near_field_peaks_move_inwards_and_merge_between_1_75_and_2_motor_distances() 
 }
 
 #[test]
+fn the_air_is_fastest_at_the_rotors_and_faster_below_small_propellers() {
+    for (name, highest) in [("kolibri", 1.23), ("offboard-1", 1.63), ("elios-3", 1.73)] {
+        let scaled = Scaled::new(name);
+        let on_diagonal = |s: f64| {
+            let speeds =
+                (0..=1000).map(|i| scaled.speed(5e-4 * f64::from(i), 5e-4 * f64::from(i), s));
+            speeds.fold(0.0, f64::max)
+        };
+        // Two digits quoted.
+        let at_rotors = on_diagonal(1e-3);
+        assert!((at_rotors - highest).abs() < 0.006, "{name}: {at_rotors}");
+        for s in [0.1, 0.5, 1.0, 1.5, 2.0] {
+            assert!(on_diagonal(s) < at_rotors, "{name} at {s} l");
+        }
+    }
+}
+
+#[test]
 fn around_a_circle_the_air_is_fastest_on_the_diagonals() {
     for name in Airframe::PRESETS {
         let scaled = Scaled::new(name);

@@ -4,8 +4,8 @@
 //! U ~ √(ρ₀/ρ)
 //! ```
 //!
-//! Throttle goes with it, power with its square root only. The usual cause is a pressure at the
-//! place that was not entered. Range: 0.6 to 1.4.
+//! Throttle and power of a drone that hovers both go with the same root. The usual cause is a
+//! pressure at the place that was not entered. Range: 0.6 to 1.4.
 
 use serde::{Deserialize, Serialize};
 

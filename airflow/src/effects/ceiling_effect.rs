@@ -29,7 +29,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
 /// Thrust gained below the ceiling.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CeilingEffect {
-    /// `1/a₁`, 0 to 0.5.
+    /// `1/a₁`, about 0.15 for small quadrotors; 0: no effect. Range: -10 to 10.
     pub strength: f64,
 }
 

@@ -5,11 +5,13 @@
 //! was found in recordings can be flown through. An effect acts in one of three places ([`Home`]):
 //!
 //! - in one drone's jet, as a function of the place below it ([`crate::Wake::with_effects`]):
-//!   cross-flow, tilt, cant, wander, tail, scale, near field, buoyancy, swirl, radial flow;
+//!   cross-flow, tilt, cant, wander, tail, scale, density, size of propellers, payload, near field,
+//!   buoyancy, swirl, radial flow;
 //! - in how the jet meets its surroundings at one moment ([`crate::Surroundings::velocity_mps`]):
 //!   transport, lean, climb, floor, recirculation, merging;
 //! - in how a receiver answers ([`Effects::receiver_alpha`], [`Effects::thrust_ratio`],
-//!   [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
+//!   [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery, own
+//!   motion, drag of the body.
 //!
 //! Lengths in motor distances `l` and speeds in `U_H` inside, metres and seconds in the fields.
 

@@ -1,4 +1,4 @@
-//! Wakes that take their time: the air at a depth left its drone a while ago.
+//! Advected wakes: the air at a depth left its drone a while ago.
 //!
 //! The search does not ask when exactly. A wake is taken to be below every place that its drone has
 //! been at for no longer than its air needs down to there: from at once, as of a wake that hangs
@@ -115,7 +115,7 @@ impl Fleet {
         )
     }
 
-    /// Whether wakes take their time.
+    /// Whether wakes are advected.
     pub(crate) fn is_advected(&self) -> bool {
         let conditions = self.conditions();
         conditions.wakes && conditions.flown.convection.is_some()

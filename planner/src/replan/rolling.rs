@@ -300,17 +300,18 @@ impl Running {
     }
 
     /// Whether a drone, by its index in the plan, has come by a time (s), and has neither left nor
-    /// been taken out.
+    /// been taken out; false where the plan has no such drone.
     pub fn is_there(&self, drone: usize, at_s: f64) -> bool {
         let at = Tick(Tick::lasting(at_s));
-        self.tracks[drone].is_there(&self.job.roadmap, at)
+        let track = self.tracks.get(drone);
+        track.is_some_and(|track| track.is_there(&self.job.roadmap, at))
     }
 
     /// Where a drone, by its index in the plan, stands on the ground at a time (s), if it does and
     /// can be kept there (m), and whether it takes off again.
     pub fn on_ground(&self, drone: usize, at_s: f64) -> Option<(Point3<f64>, bool)> {
         let at = Tick(Tick::lasting(at_s));
-        let track = &self.tracks[drone];
+        let track = self.tracks.get(drone)?;
         let now = (track.legs.iter()).position(|leg| leg.start <= at && at < leg.end)?;
         let rises = track.legs[now..].iter().find(|leg| leg.flying);
         // What it flies until then is settled.

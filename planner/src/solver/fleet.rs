@@ -162,7 +162,7 @@ pub(crate) fn by_open_rules<'a>(
                 why
             }
             Err(endpoints) => {
-                let why = Why::Starts(endpoints.conflicts.count());
+                let why = Why::Excluded(endpoints.conflicts.count());
                 excluded.get_or_insert((world, endpoints));
                 why
             }

@@ -59,8 +59,8 @@ pub(crate) enum Why {
     SlowToStop(String, f64),
     /// This share of the floor is under wakes at once, more than that for which they are.
     Covered(f64, f64),
-    /// So many pairs of starts exclude one another.
-    Starts(usize),
+    /// So many pairs of places exclude one another, starts among them.
+    Excluded(usize),
     /// So many drones have no path.
     Unplanned(usize),
     /// So many states were not enough.
@@ -114,13 +114,15 @@ impl Why {
                 100.0 * share,
                 100.0 * most
             ),
-            Why::Starts(1) => format!("with {without}, one pair of starts exclude one another"),
-            Why::Starts(pairs) => {
-                format!("with {without}, {pairs} pairs of starts exclude one another")
+            Why::Excluded(1) => format!("with {without}, one pair of places excludes one another"),
+            Why::Excluded(pairs) => {
+                format!("with {without}, {pairs} pairs of places exclude one another")
             }
             Why::Unplanned(1) => format!("with {without}, one drone has no path"),
             Why::Unplanned(drones) => format!("with {without}, {drones} drones have no path"),
-            Why::Spent(states) => format!("with {without}, {states} states gave no plan"),
+            Why::Spent(states) => {
+                format!("with {without}, no plan was found in {states} search states")
+            }
         };
         format!("planned {planned}: {why}; {key} asks for it all the same")
     }
@@ -178,6 +180,7 @@ fn covered_share(world: &World, job: &Job) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::Why;
     use crate::plan::outcome::{Control, Planned};
     use crate::scenario::read_world;
 
@@ -193,6 +196,21 @@ mod tests {
             mass_kg: 1, propeller_diameter_m: 0.2, motor_distance_m: 0.4, max_acceleration_mps2: 0.1, max_jerk_mps3: 0.1)}},
             drones: [(name: "k", airframe: "{airframe}", start_m: (1, 1, 1), tasks: [(to_m: (8, 8, 3))])], {planning})"#
         )
+    }
+
+    #[test]
+    fn a_note_says_why_rules_were_given_up_in_words_of_its_reader() {
+        let note = |why: Why| why.note(true);
+        assert_eq!(
+            note(Why::Spent(6001)),
+            "planned with quasi-static wakes: with advected wakes, no plan was found in 6001 search states; \
+             air: (convection: (0.6, 1.0)) asks for it all the same"
+        );
+        let excluded = note(Why::Excluded(2));
+        assert!(
+            excluded.contains("wakes, 2 pairs of places exclude one another;"),
+            "{excluded}"
+        );
     }
 
     #[test]

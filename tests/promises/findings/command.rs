@@ -1,10 +1,11 @@
 //! A finding at the command line and one that the scenario cites.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const FINDING: &str = "Finding(verdict: library, effects: (crossflow: (wind_mps: (0, 0.5))))";
+const FINDING: &str = include_str!("../../../scenarios/findings/draughty-hall.ron");
 
 /// The shipped hall, with or without its citation.
 fn hall(air: &str) -> String {
@@ -54,9 +55,15 @@ fn given_or_cited_a_finding_makes_the_same_plan_and_without_it_another() {
     let given: serde_json::Value = serde_json::from_slice(&made("given")).unwrap();
     plain["air"] = given["air"].clone();
     fs::write(path("moved.json"), plain.to_string()).unwrap();
+    let moved = plan(desk.path(), &["check", "moved.json", "--format", "json"]);
+    assert_eq!(moved.status.code(), Some(1));
+    let moved: serde_json::Value = serde_json::from_slice(&moved.stdout).unwrap();
+    let violations = moved["violations"].as_array().unwrap();
+    let of_air = violations.iter().filter(|it| it["kind"] == "air");
+    let exposed: BTreeSet<&str> = of_air.filter_map(|it| it["drone"].as_str()).collect();
     assert_eq!(
-        plan(desk.path(), &["check", "moved.json"]).status.code(),
-        Some(1)
+        exposed.into_iter().collect::<Vec<_>>(),
+        ["courier-1", "courier-3", "courier-4"]
     );
     assert_eq!(
         plan(desk.path(), &["check", "given/plan.json"])
@@ -64,6 +71,31 @@ fn given_or_cited_a_finding_makes_the_same_plan_and_without_it_another() {
             .code(),
         Some(0)
     );
+}
+
+#[test]
+fn the_report_names_only_effects_that_move_the_air_a_limit_counts() {
+    let desk = tempfile::tempdir().unwrap();
+    let one = r#"Scenario(name: "one", bounds_m: (min: (0, 0, 0), max: (6, 6, 4)), drones: [
+        (name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (4, 4, 1))]),
+    ])"#;
+    fs::write(desk.path().join("one.ron"), one).unwrap();
+    for (wind, told) in [
+        ("", "6 x 6 x 4 m\n"),
+        ("crossflow: (wind_mps: (0, 0.5)), ", "air with crossflow\n"),
+    ] {
+        let own = "own_motion: (climb: 1, forward: 0.2), body_drag: (area_over_l2: 0.1)";
+        let finding = format!("Finding(verdict: library, effects: ({wind}{own}))");
+        fs::write(desk.path().join("finding.ron"), finding).unwrap();
+        let output = plan(
+            desk.path(),
+            &["one.ron", "--finding", "finding.ron", "--out", "out"],
+        );
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let printed = String::from_utf8(output.stdout).unwrap();
+        let title = printed.split_inclusive('\n').next().unwrap();
+        assert!(title.ends_with(told), "{title}");
+    }
 }
 
 #[test]

@@ -13,8 +13,9 @@ use planner::{Control, Files};
 use super::{heavier, tilt, wind};
 use crate::verifier::plans::{drone, kinds, plan, with_zone};
 
-/// The shipped hall, flown through these effects.
-fn hall(effects: Effects) -> World {
+/// The shipped hall, flown through these effects, with the couriers' paths at a distance from the
+/// surveyors, and these limits.
+pub(super) fn hall_at(y_m: f64, air_limit: f64, effects: Effects) -> World {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/");
     let read = |file: &str| {
         std::fs::read_to_string(format!("{folder}{file}")).map_err(|error| error.to_string())
@@ -23,12 +24,6 @@ fn hall(effects: Effects) -> World {
     let world = planner::read_world_with(&text, &Files::new(&read)).expect("in order");
     let mut world = crate::straight_and_quasi_static(world);
     world.effects = effects;
-    world
-}
-
-/// The same with the couriers' paths at another distance from the surveyors, and other limits.
-pub(super) fn hall_at(y_m: f64, air_limit: f64, effects: Effects) -> World {
-    let mut world = hall(effects);
     for drone in &mut world.drones {
         for task in &mut drone.tasks {
             task.to_m.y = y_m;
@@ -39,6 +34,12 @@ pub(super) fn hall_at(y_m: f64, air_limit: f64, effects: Effects) -> World {
         drone.air_limit = air_limit;
     }
     world
+}
+
+/// In still air its couriers pass beside both jets, which half a metre a second of wind leans over
+/// them.
+fn hall(effects: Effects) -> World {
+    hall_at(6.5, 0.3, effects)
 }
 
 pub(super) fn planned(world: &World) -> Plan {

@@ -67,6 +67,30 @@ fn the_corner_of_a_zone_beside_the_jets_of_a_drone_is_judged() {
 }
 
 #[test]
+fn air_just_over_the_limit_of_a_zone_hides_none_that_is_farther_over_it() {
+    let hovers = drone("a", "offboard-2", &[(0.0, [10.0, 10.0, 7.0])]);
+    let zone = |air_limit_mps: f64| {
+        let plan = plan(vec![hovers.clone()]);
+        with_zone(plan, [8.9, 9.9, 0.0], [10.9, 11.1, 4.0], air_limit_mps)
+    };
+    let airframe = Airframe::preset("offboard-2").unwrap();
+    let density = Air::default().density_kg_per_m3();
+    let wake = Wake::new(&airframe, airframe.mass_kg(), density, &Jet::default());
+    let highest_mps = wake.axial_speed_mps(Vector3::new(0.0, 0.0, -3.0));
+    // Above 0.75 % a violation, whatever is found first.
+    for over in [1.0076, 1.009, 1.0122, 1.02] {
+        let kinds = kinds(&zone(highest_mps / over));
+        assert_eq!(kinds, [ViolationKind::Zone], "{over}");
+    }
+    for over in [1.0, 1.004] {
+        let report = verify(&zone(highest_mps / over));
+        assert!(report.violations.is_empty(), "{over}");
+        let most_mps = report.zone_air[0].at_most_mps.unwrap();
+        assert!(most_mps >= highest_mps * (1.0 - 1e-9), "{over}: {most_mps}");
+    }
+}
+
+#[test]
 fn an_upper_bound_is_not_told_as_air_that_was_reached() {
     let hovers = drone("a", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]);
     let over = with_zone(plan(vec![hovers]), [4.0, 4.0, 0.0], [6.0, 6.0, 2.0], 0.5);

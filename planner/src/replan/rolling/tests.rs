@@ -1034,3 +1034,11 @@ fn room_for_what_others_fly_is_given_back_once_they_have_left() {
     assert_eq!(running.plan().drones.len(), 1);
     assert_eq!(running.job.others_astray_m, 0.0);
 }
+
+#[test]
+fn a_drone_that_the_plan_does_not_have_is_neither_there_nor_on_the_ground() {
+    let (world, plan) = hall(2);
+    let running = Running::new(world, plan).expect("its plan");
+    assert!(running.is_there(1, 0.0) && !running.is_there(2, 0.0));
+    assert_eq!(running.on_ground(2, 0.0), None);
+}

@@ -1057,7 +1057,7 @@ impl Field<'_> {
     ///
     /// Best first: the part of box and time with the highest upper bound is cut in two where it is
     /// longest, a second of time counting as the path that the fastest drone flies in it, until
-    /// that bound is no more than [`CLEARED`] above the limit or the best place known.
+    /// that bound is no more than [`CLEARED`] above the limit, or the highest violation known.
     pub(crate) fn highest(
         &self,
         all: &[&Downwash<'_>],
@@ -1139,9 +1139,11 @@ impl Field<'_> {
         while let Some((_, Reverse(number))) = open.pop() {
             let part = parts[number];
             let made = parts.len() - 1 + looked;
-            let violated = best.is_some_and(|peak| peak.air_mps > VIOLATED * limit_mps);
-            let enough_mps = CLEARED * best.map_or(limit_mps, |peak| peak.air_mps.max(limit_mps));
-            if part.high_mps <= enough_mps || violated && made > above.once_violated {
+            let violation = best.filter(|peak| peak.air_mps > VIOLATED * limit_mps);
+            // A place between both is no violation yet, and must not hide one.
+            let enough_mps = CLEARED * violation.map_or(limit_mps, |peak| peak.air_mps);
+            let is_worst_told = violation.is_some() && made > above.once_violated;
+            if part.high_mps <= enough_mps || is_worst_told {
                 open_mps = part.high_mps;
                 break;
             }
