@@ -465,13 +465,15 @@ impl Area {
         }
         let at_s = (now_s + self.site.lead_s).max(self.clock_s);
         let (candidate, changed) = self.planned(at_s, &changes, took.as_ref())?;
-        self.is_sound(&candidate, at_s)?;
+        let taken = took.as_ref().map(|(_, offer)| &offer.drone[..]);
+        self.is_sound(&candidate, taken, at_s)?;
         let plan = candidate.plan();
         let found = |plan: &'_ Plan, name: &str| plan.drones.iter().position(|it| it.name == name);
         let mut asked = BTreeSet::new();
         for (area, neighbour) in &self.neighbours {
             for proposal in neighbour.agreed.values() {
-                let found = self.conflict(plan, &proposal.drones, proposal.from_s.min(at_s));
+                let from_s = proposal.from_s.min(at_s);
+                let found = self.conflict(plan, taken, &proposal.drones, from_s);
                 found.map_or(Ok(()), |it| Err(Refused::NotVerified(it)))?;
             }
             let matters = |name: &String| {
@@ -579,25 +581,37 @@ impl Area {
         }))
     }
 
-    /// Whether the verifier finds nothing new of own drones.
-    fn is_sound(&self, candidate: &Running, at_s: f64) -> Result<(), Refused> {
+    /// Whether the verifier finds nothing new of own drones, one that is to be taken among them.
+    fn is_sound(&self, candidate: &Running, taken: Option<&str>, at_s: f64) -> Result<(), Refused> {
         let known = &self.running.plan().violations;
-        let is_new =
-            |it: &&Violation| it.matters_from(at_s) && self.is_ours(it) && !known.contains(it);
+        let is_new = |it: &&Violation| {
+            it.matters_from(at_s) && self.is_ours(it, taken) && !known.contains(it)
+        };
         match candidate.plan().violations.iter().find(is_new) {
             Some(it) => Err(Refused::NotVerified(it.to_string())),
             None => Ok(()),
         }
     }
 
-    /// A drone of this planner is in it.
-    fn is_ours(&self, it: &Violation) -> bool {
-        let is_own = |name: &str| !self.theirs.contains_key(name);
+    /// A drone of this planner is in it, or the one that it is to take.
+    fn is_ours(&self, it: &Violation, taken: Option<&str>) -> bool {
+        let is_own = |name: &str| self.owns(name, taken);
         is_own(&it.drone) || it.with.as_deref().is_some_and(is_own)
     }
 
-    /// What the verifier finds between own drones of a plan and what others fly from a time on (s).
-    fn conflict(&self, plan: &Plan, theirs: &[DronePlan], from_s: f64) -> Option<String> {
+    fn owns(&self, drone: &str, taken: Option<&str>) -> bool {
+        taken == Some(drone) || !self.theirs.contains_key(drone)
+    }
+
+    /// What the verifier finds between own drones of a plan, one that is to be taken among them,
+    /// and what others fly from a time on (s).
+    fn conflict(
+        &self,
+        plan: &Plan,
+        taken: Option<&str>,
+        theirs: &[DronePlan],
+        from_s: f64,
+    ) -> Option<String> {
         let extents = theirs.iter().filter_map(|it| extent(it, from_s));
         let near = grown(
             &extents.reduce(|a, b| both(&a, &b))?,
@@ -610,7 +624,7 @@ impl Area {
         let mut rules = self.rules.clone();
         rules.drones = plan.drones.iter().filter(is_near).cloned().collect();
         rules.drones.extend_from_slice(theirs);
-        let is_own = |name: &str| !is_theirs(name) && !self.theirs.contains_key(name);
+        let is_own = |name: &str| !is_theirs(name) && self.owns(name, taken);
         let counts = |it: &Violation| {
             it.matters_from(from_s)
                 && (is_own(&it.drone) || it.with.as_deref().is_some_and(is_own))
@@ -717,11 +731,12 @@ impl Area {
             return Some(format!("`{drone}` is not offered"));
         }
         let from_s = it.from_s - SAME_S;
-        if let Some(found) = self.conflict(self.running.plan(), &it.drones, from_s) {
+        if let Some(found) = self.conflict(self.running.plan(), None, &it.drones, from_s) {
             return Some(found);
         }
         let mine = self.mine.as_ref()?;
-        let found = self.conflict(mine.candidate.plan(), &it.drones, from_s)?;
+        let taken = mine.took.as_ref().map(|(_, offer)| &offer.drone[..]);
+        let found = self.conflict(mine.candidate.plan(), taken, &it.drones, from_s)?;
         // Of two that propose at once the first by name goes first.
         if from < &self.name[..] {
             self.drop_mine();
@@ -925,7 +940,7 @@ impl Area {
         let known = &before.plan().violations;
         let violations = self.running.plan().violations.iter();
         let is_new =
-            |it: &Violation| it.matters_from(at_s) && self.is_ours(it) && !known.contains(it);
+            |it: &Violation| it.matters_from(at_s) && self.is_ours(it, None) && !known.contains(it);
         if !{ violations }.any(is_new) {
             return Ok(());
         }

@@ -3,6 +3,8 @@
     reason = "a test that cannot go on should say where"
 )]
 
+mod heard;
+
 use std::collections::BTreeMap;
 
 use planner::plan::{AtEnd, Bounds, DronePlan};

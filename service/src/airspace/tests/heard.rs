@@ -1,0 +1,191 @@
+//! What a planner makes of what its neighbours say.
+
+use nalgebra::Point3;
+use planner::plan::{AtEnd, DronePlan, TrajectoryEntry};
+use planner::{Control, Plan};
+
+use super::union;
+use crate::airspace::message::{
+    Border, Fact, Message, Offer, PROTOCOL, Proposal, Says, Settled, Vote,
+};
+use crate::airspace::traffic::Grid;
+use crate::airspace::{Area, Refused};
+use crate::message::{Add, Late, OneChange, Retask, Task};
+
+/// Two by two areas of 16 m, whose worlds reach 6 m into one another.
+const SQUARE: Grid = Grid {
+    areas: [2, 2],
+    side_m: 16,
+    strip_m: 6,
+    drones: 0,
+    seed: 1,
+};
+const PAIR: Grid = Grid {
+    areas: [2, 1],
+    ..SQUARE
+};
+
+/// The planner of an area with one drone, which hovers.
+fn planner(grid: &Grid, name: &str, at_m: [f64; 3]) -> Area {
+    let [x, y, z] = at_m;
+    let drone =
+        format!("(name: \"{name}-0\", airframe: \"offboard-2\", start_m: ({x}, {y}, {z})),\n])\n");
+    let scenario = grid.scenario(name).replace("])\n", &drone);
+    let world = planner::read_world(&scenario).unwrap();
+    let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
+    let plan = outcome.into_planned().unwrap().plan;
+    Area::new(grid.site(1.0), name, world, plan).unwrap()
+}
+
+fn hear(area: &mut Area, now_s: f64, from: &str, says: Says) {
+    let message = Message {
+        protocol: PROTOCOL.to_owned(),
+        from: from.to_owned(),
+        to: area.name().to_owned(),
+        says,
+    };
+    area.receive(now_s, &message);
+}
+
+fn border(now_s: f64, revision: u64, drones: &[DronePlan]) -> Border {
+    Border {
+        revision,
+        at_s: now_s,
+        until_s: now_s + 60.0,
+        settled: 0,
+        heard: 0,
+        drones: drones.to_vec(),
+        offers: Vec::new(),
+    }
+}
+
+fn proposal(number: u64, from_s: f64, drone: &DronePlan, takes: Option<&str>) -> Proposal {
+    Proposal {
+        number,
+        revision: number + 1,
+        seen: 0,
+        from_s,
+        drones: vec![drone.clone()],
+        takes: takes.map(str::to_owned),
+    }
+}
+
+fn offer(drone: &str, tasks: &[[f64; 3]]) -> Offer {
+    let task = |to_m: &[f64; 3]| Task {
+        to_m: *to_m,
+        dwell_s: 0.0,
+        load_kg: None,
+    };
+    Offer {
+        drone: drone.to_owned(),
+        tasks: tasks.iter().map(task).collect(),
+        at_end: AtEnd::Hover,
+    }
+}
+
+fn retask(drone: &str, to_m: [f64; 3]) -> Vec<OneChange> {
+    let Offer { drone, tasks, .. } = offer(drone, &[to_m]);
+    vec![OneChange::Retask(Retask { drone, tasks })]
+}
+
+/// A drone like those of the planner, in straight flight.
+fn flies(area: &Area, name: &str, points: &[(f64, [f64; 3])]) -> DronePlan {
+    let like = area.plan().drones[0].clone();
+    let mass_kg = like.airframe.mass_kg;
+    DronePlan {
+        name: name.to_owned(),
+        enters_s: (points[0].0 > 0.0).then_some(points[0].0),
+        arrives_s: points[points.len() - 1].0,
+        trajectory: TrajectoryEntry {
+            t_s: points.iter().map(|it| it.0).collect(),
+            position_m: points.iter().map(|it| it.1.into()).collect(),
+            mass_kg: vec![mass_kg; points.len()],
+            ..TrajectoryEntry::default()
+        },
+        ..like
+    }
+}
+
+fn of<'a>(plan: &'a Plan, drone: &str) -> &'a DronePlan {
+    plan.drones.iter().find(|it| it.name == drone).unwrap()
+}
+
+fn at_m(plan: &Plan, drone: &str, t_s: f64) -> Point3<f64> {
+    of(plan, drone).trajectory.position_m(t_s).unwrap()
+}
+
+/// What it has said to a neighbour: proposals.
+fn proposed(area: &mut Area) -> Vec<(String, Proposal)> {
+    let said = area.take_messages().into_iter();
+    said.filter_map(|it| match it.says {
+        Says::Propose(proposal) => Some((it.to, proposal)),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Its last vote, and that it has cast one.
+fn voted(area: &mut Area) -> Option<String> {
+    let votes = area.take_messages().into_iter();
+    let votes = votes.filter_map(|it| match it.says {
+        Says::Vote(vote) => Some(vote.against),
+        _ => None,
+    });
+    votes.last().unwrap()
+}
+
+fn contradiction(area: &Area) -> Option<&str> {
+    area.counts()
+        .contradictions
+        .back()
+        .map(|(_, what)| &what[..])
+}
+
+/// Lets it take what is offered, with the votes of all that it asks.
+fn takes(area: &mut Area, now_s: f64) -> Proposal {
+    area.tick(now_s);
+    let asked = proposed(area);
+    let (_, proposal) = asked[0].clone();
+    let number = proposal.number;
+    for (to, _) in asked {
+        let against = None;
+        hear(area, now_s, &to, Says::Vote(Vote { number, against }));
+    }
+    assert!(
+        area.own()
+            .any(|it| Some(&it.name) == proposal.takes.as_ref())
+    );
+    proposal
+}
+
+#[test]
+fn of_two_hand_overs_at_once_that_exclude_one_another_one_is_flown() {
+    let mut all = [
+        planner(&PAIR, "a0-0", [13.5, 4.5, 2.5]),
+        planner(&PAIR, "a1-0", [18.5, 11.5, 2.5]),
+    ];
+    let mut now_s = 0.0;
+    let mut step = |all: &mut [Area; 2]| {
+        now_s += 0.1;
+        all.iter_mut().for_each(|it| it.tick(now_s));
+        // What both say crosses on the way.
+        let said: Vec<Message> = all.iter_mut().flat_map(Area::take_messages).collect();
+        for (message, area) in said.iter().flat_map(|it| [(it, 0), (it, 1)]) {
+            all[area].receive(now_s, message);
+        }
+        let whole_m = PAIR.whole_m();
+        let found = planner::verify(&union(all.iter(), &whole_m)).violations;
+        let ahead = found.iter().find(|it| it.matters_from(now_s));
+        assert!(ahead.is_none(), "at {now_s:.1} s: {}", ahead.unwrap());
+    };
+    (0..3).for_each(|_| step(&mut all));
+    all[0]
+        .offer("a1-0", offer("a0-0-0", &[[16.5, 8.5, 1.5]]))
+        .unwrap();
+    all[1]
+        .offer("a0-0", offer("a1-0-0", &[[16.5, 8.5, 4.5]]))
+        .unwrap();
+    (0..60).for_each(|_| step(&mut all));
+    assert!(all.iter().map(|it| it.counts().taken).sum::<u64>() >= 1);
+    assert!(all.iter().all(|it| it.counts().contradictions.is_empty()));
+}
