@@ -155,7 +155,7 @@ pub struct Area {
     revision: u64,
     number: u64,
     settled: u64,
-    /// No change was from later (s).
+    /// No change, of its own drones or of others, was from later (s).
     clock_s: f64,
     tidied_s: f64,
     told_s: f64,
@@ -379,8 +379,8 @@ impl Area {
             Says::Border(border) => self.hear_border(now_s, from, border),
             Says::Propose(proposal) => self.hear_proposal(now_s, from, proposal),
             Says::Vote(vote) => self.hear_vote(now_s, from, vote),
-            Says::Settle(settled) => self.hear_settled(from, *settled),
-            Says::Fact(fact) => self.hear_fact(from, fact),
+            Says::Settle(settled) => self.hear_settled(now_s, from, *settled),
+            Says::Fact(fact) => self.hear_fact(now_s, from, fact),
         };
         match heard {
             Ok(()) => {
@@ -823,7 +823,7 @@ impl Area {
         Ok(())
     }
 
-    fn hear_settled(&mut self, from: &str, settled: Settled) -> Result<(), String> {
+    fn hear_settled(&mut self, now_s: f64, from: &str, settled: Settled) -> Result<(), String> {
         let Settled { number, is_flown } = settled;
         let neighbour = &self.neighbours[from];
         let agreed = neighbour.agreed.get(&number).cloned();
@@ -840,12 +840,12 @@ impl Area {
                 if let Some(it) = self.neighbours.get_mut(from) {
                     it.revision = it.revision.max(proposal.revision);
                 }
-                self.noted(from, number, &proposal.drones)
+                self.noted(now_s, (from, number), &proposal.drones)
             }
         }
     }
 
-    fn hear_fact(&mut self, from: &str, fact: &Fact) -> Result<(), String> {
+    fn hear_fact(&mut self, now_s: f64, from: &str, fact: &Fact) -> Result<(), String> {
         let known = self.neighbours[from].revision;
         if fact.revision <= known {
             return Err(format!("revision {} after revision {known}", fact.revision));
@@ -855,7 +855,7 @@ impl Area {
             it.revision = fact.revision;
         }
         let settled = self.neighbours[from].settled;
-        self.noted(from, settled, &fact.drones)
+        self.noted(now_s, (from, settled), &fact.drones)
     }
 
     fn hear_border(&mut self, now_s: f64, from: &str, border: &Border) -> Result<(), String> {
@@ -927,14 +927,19 @@ impl Area {
         if other.is_empty() {
             return Ok(());
         }
-        self.noted(from, border.settled, &other)
+        self.noted(now_s, (from, border.settled), &other)
     }
 
     /// A neighbour's drones fly something else; own ones give way where they must.
-    fn noted(&mut self, from: &str, number: u64, drones: &[DronePlan]) -> Result<(), String> {
+    fn noted(
+        &mut self,
+        now_s: f64,
+        (from, number): (&str, u64),
+        drones: &[DronePlan],
+    ) -> Result<(), String> {
         // What is proposed was not planned around them.
         self.drop_mine();
-        let at_s = self.clock_s;
+        let at_s = now_s.max(self.clock_s);
         let before = self.running.clone();
         self.note(at_s, (from, number), drones, false)?;
         let known = &before.plan().violations;
@@ -977,6 +982,7 @@ impl Area {
         } else {
             self.running.note(at_s, drones).map_err(wrong)?;
         }
+        self.clock_s = self.clock_s.max(at_s);
         for entry in drones {
             self.theirs.insert(entry.name.clone(), from.to_owned());
             self.offered.remove(&entry.name);

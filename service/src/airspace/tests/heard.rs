@@ -189,3 +189,29 @@ fn of_two_hand_overs_at_once_that_exclude_one_another_one_is_flown() {
     assert!(all.iter().map(|it| it.counts().taken).sum::<u64>() >= 1);
     assert!(all.iter().all(|it| it.counts().contradictions.is_empty()));
 }
+
+#[test]
+fn who_gives_way_flies_what_it_has_flown_so_far() {
+    let mut area = planner(&PAIR, "a0-0", [1.5, 1.5, 2.5]);
+    assert_eq!(area.ask(0.0, retask("a0-0-0", [4.5, 14.5, 2.5])), Ok(true));
+    let before = area.plan().clone();
+    let ends_s = *of(&before, "a0-0-0").trajectory.t_s.last().unwrap();
+    let now_s = 3.0;
+    let ahead_m = at_m(&before, "a0-0-0", now_s + 0.6 * (ends_s - now_s));
+    let x = flies(&area, "x", &[(now_s - 0.05, ahead_m.coords.into())]);
+    let (revision, drones) = (2, vec![x]);
+    hear(
+        &mut area,
+        now_s,
+        "a1-0",
+        Says::Fact(Fact { revision, drones }),
+    );
+    assert_eq!(area.counts().gave_way, 1);
+    for t_s in [0.5, 1.0, 1.5, 2.0, 2.5, 3.0] {
+        let [was, is] = [&before, area.plan()].map(|it| at_m(it, "a0-0-0", t_s));
+        assert!((was - is).norm() < 1e-6, "at {t_s} s: {was} and {is}");
+    }
+    let (drone, by_s) = ("a0-0-0".to_owned(), 0.1);
+    let late = OneChange::Late(Late { drone, by_s });
+    assert_eq!(area.report(now_s, vec![late]), Ok(()));
+}
