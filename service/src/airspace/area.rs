@@ -878,9 +878,13 @@ impl Area {
             let flown = known.and_then(|it| extent(it, now_s));
             flown.is_some_and(|it| meet(&near, &it))
         };
+        let was_agreed = |drone: &str| {
+            let mut settled = known.agreed.range(..=border.settled);
+            settled.any(|(_, it)| it.takes.as_deref() == Some(drone))
+        };
         let is_thirds = |it: &DronePlan| {
             let owner = self.theirs.get(&it.name);
-            owner.is_some_and(|owner| owner != from) && is_near(&it.name)
+            owner.is_some_and(|owner| owner != from) && is_near(&it.name) && !was_agreed(&it.name)
         };
         let said = border
             .drones

@@ -215,3 +215,31 @@ fn who_gives_way_flies_what_it_has_flown_so_far() {
     let late = OneChange::Late(Late { drone, by_s });
     assert_eq!(area.report(now_s, vec![late]), Ok(()));
 }
+
+#[test]
+fn a_third_learns_of_a_hand_over_from_the_border_where_the_word_of_it_is_lost() {
+    let mut area = planner(&SQUARE, "a1-1", [28.5, 28.5, 2.5]);
+    let here = [15.5, 14.5, 2.5];
+    let old = flies(&area, "d", &[(0.0, here)]);
+    hear(&mut area, 0.1, "a0-0", Says::Border(border(0.1, 1, &[old])));
+    let new = flies(
+        &area,
+        "d",
+        &[(0.0, here), (1.0, here), (9.0, [3.5, 20.5, 2.5])],
+    );
+    let asked = proposal(1, 1.0, &new, Some("d"));
+    hear(&mut area, 0.2, "a0-1", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    let settled = 1;
+    let told = border(1.5, 2, std::slice::from_ref(&new));
+    // Its first owner does not say it any more.
+    hear(&mut area, 1.4, "a0-0", Says::Border(border(1.4, 2, &[])));
+    hear(
+        &mut area,
+        1.5,
+        "a0-1",
+        Says::Border(Border { settled, ..told }),
+    );
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "d").trajectory, new.trajectory);
+}
