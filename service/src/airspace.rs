@@ -164,6 +164,13 @@ pub enum Record {
         /// Which.
         number: u64,
     },
+    /// A neighbour has said up to which proposal it knows what was taken from it.
+    Knows {
+        /// Which neighbour.
+        from: String,
+        /// Of the last one.
+        number: u64,
+    },
     /// A proposal was made; if no change bears its number, it is dropped.
     Proposed {
         /// Which.

@@ -167,8 +167,9 @@ pub struct Area {
     offered: BTreeMap<String, (String, Offer)>,
     /// Drones that can be taken, and from whom: as neighbours' last borders say.
     offers: Vec<(String, Offer)>,
-    /// Drones that were taken, from whom, by which proposal: until that neighbour knows.
-    owed: BTreeMap<String, (String, u64)>,
+    /// Drones that were taken, and from whom, by which proposal: until that neighbour knows, whoever
+    /// has them by then.
+    owed: BTreeMap<(String, String), u64>,
     outbox: Vec<Message>,
     records: Vec<Record>,
     counts: Counts,
@@ -344,12 +345,12 @@ impl Area {
 
     /// All that may matter to a neighbour now.
     pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
-        let is_owed = |it: &DronePlan| {
-            let from = self.owed.get(&it.name);
-            from.is_some_and(|(from, _)| from == neighbour)
+        let is_told = |it: &&DronePlan| {
+            let is_near = || self.owns(&it.name, None) && self.matters(it, neighbour, now_s);
+            self.owes(&it.name, neighbour) || is_near()
         };
-        let near = |it: &&DronePlan| self.matters(it, neighbour, now_s) || is_owed(it);
-        let drones: Vec<DronePlan> = self.own().filter(near).cloned().collect();
+        let drones = self.running.plan().drones.iter().filter(is_told);
+        let drones: Vec<DronePlan> = drones.cloned().collect();
         let ends_s = drones.iter().filter_map(|it| it.trajectory.t_s.last());
         Border {
             revision: self.revision,
@@ -436,6 +437,9 @@ impl Area {
                 }
             }
             Record::Dropped { from, number } => self.forget_agreed(&from, number),
+            Record::Knows { from, number } => {
+                self.forget_owed(&from, number);
+            }
             Record::Proposed { number } => {
                 self.number = self.number.max(number);
                 // If nothing says that it is flown, it is dropped.
@@ -599,6 +603,12 @@ impl Area {
         is_own(&it.drone) || it.with.as_deref().is_some_and(is_own)
     }
 
+    /// A drone was taken from a neighbour that may not know it yet.
+    fn owes(&self, drone: &str, to: &str) -> bool {
+        let owed = (drone.to_owned(), to.to_owned());
+        self.owed.contains_key(&owed)
+    }
+
     fn owns(&self, drone: &str, taken: Option<&str>) -> bool {
         taken == Some(drone) || !self.theirs.contains_key(drone)
     }
@@ -658,7 +668,7 @@ impl Area {
             self.theirs.remove(&offer.drone);
             self.offers.retain(|(_, it)| it.drone != offer.drone);
             self.owed
-                .insert(offer.drone.clone(), (from.clone(), number));
+                .insert((offer.drone.clone(), from.clone()), number);
         }
         self.records.push(Record::Changed {
             revision: self.revision,
@@ -765,8 +775,9 @@ impl Area {
             if self.is_taking(from, name) {
                 continue;
             }
-            if !self.theirs.contains_key(name) && takes != Some(name) {
-                return Err(format!("`{name}` is of `{}`", self.name));
+            if takes != Some(name) && (self.owns(name, None) || self.owes(name, from)) {
+                let owner = self.theirs.get(name).unwrap_or(&self.name);
+                return Err(format!("`{name}` is of `{owner}`"));
             }
             // What is far off may have changed without this planner being told.
             let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
@@ -866,11 +877,15 @@ impl Area {
                 border.revision, known.revision
             ));
         }
+        if self.forget_owed(from, border.heard) {
+            self.records.push(Record::Knows {
+                from: from.to_owned(),
+                number: border.heard,
+            });
+        }
+        let known = &self.neighbours[from];
         // Of what was taken from it, it may not know yet.
-        let was_its = |it: &&DronePlan| {
-            let owed = self.owed.get(&it.name);
-            owed.is_none_or(|(to, number)| to != from || *number <= border.heard)
-        };
+        let was_its = |it: &&DronePlan| !self.owes(&it.name, from);
         // Of what a third has taken near here, it may not know yet either: this planner was asked.
         let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
         let is_near = |name: &str| {
@@ -919,8 +934,6 @@ impl Area {
             it.settled = it.settled.max(border.settled);
             it.number = it.number.max(border.settled);
         }
-        self.owed
-            .retain(|_, (to, number)| to != from || *number > border.heard);
         let is_offered = |it: &Offer| border.offers.iter().any(|offer| offer == it);
         self.offers.retain(|(of, it)| of != from || is_offered(it));
         for offer in &border.offers {
@@ -944,7 +957,7 @@ impl Area {
         // What is proposed was not planned around them.
         self.drop_mine();
         let at_s = now_s.max(self.clock_s);
-        let before = self.running.clone();
+        let (before, revision) = (self.running.clone(), self.revision);
         self.note(at_s, (from, number), drones, false)?;
         let known = &before.plan().violations;
         let violations = self.running.plan().violations.iter();
@@ -954,7 +967,7 @@ impl Area {
             return Ok(());
         }
         self.records.pop();
-        self.running = before.clone();
+        (self.running, self.revision) = (before.clone(), revision);
         self.note(at_s, (from, number), drones, true)?;
         self.counts.gave_way += 1;
         let old = |name: &str| before.plan().drones.iter().find(|it| it.name == name);
@@ -982,7 +995,6 @@ impl Area {
             let changes: Vec<Change> = drones.iter().map(fixed).collect();
             let told = self.running.replan(at_s, &changes, &Control::QUIET);
             told.map_err(wrong)?;
-            self.revision += 1;
         } else {
             self.running.note(at_s, drones).map_err(wrong)?;
         }
@@ -990,7 +1002,12 @@ impl Area {
         for entry in drones {
             self.theirs.insert(entry.name.clone(), from.to_owned());
             self.offered.remove(&entry.name);
-            self.owed.remove(&entry.name);
+            self.owed.remove(&(entry.name.clone(), from.to_owned()));
+        }
+        // What is said of drones that have gone on has changed, too.
+        let is_owed = |(drone, _): &(String, String)| drones.iter().any(|it| it.name == *drone);
+        if gave_way || self.owed.keys().any(is_owed) {
+            self.revision += 1;
         }
         self.forget_agreed(from, number);
         self.records.push(Record::Noted {
@@ -1009,6 +1026,14 @@ impl Area {
             from: from.to_owned(),
             number,
         });
+    }
+
+    /// A neighbour knows what was taken from it, up to a proposal; whether that is news.
+    fn forget_owed(&mut self, from: &str, number: u64) -> bool {
+        let count = self.owed.len();
+        self.owed
+            .retain(|(_, to), taken| to != from || *taken > number);
+        self.owed.len() < count
     }
 
     fn forget_agreed(&mut self, from: &str, number: u64) {

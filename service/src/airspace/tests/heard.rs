@@ -243,3 +243,63 @@ fn a_third_learns_of_a_hand_over_from_the_border_where_the_word_of_it_is_lost() 
     assert_eq!(contradiction(&area), None);
     assert_eq!(of(area.plan(), "d").trajectory, new.trajectory);
 }
+
+#[test]
+fn a_drone_that_was_taken_and_handed_on_is_not_its_first_owners_again() {
+    let mut area = planner(&SQUARE, "a0-0", [3.5, 3.5, 2.5]);
+    let here = [14.5, 14.5, 2.5];
+    let first = flies(&area, "d", &[(0.0, here)]);
+    for from in ["a0-1", "a1-1"] {
+        hear(&mut area, 0.1, from, Says::Border(border(0.1, 1, &[])));
+    }
+    let offers = vec![offer("d", &[])];
+    let told = border(0.1, 1, std::slice::from_ref(&first));
+    let offering = Border { offers, ..told };
+    hear(&mut area, 0.1, "a1-0", Says::Border(offering.clone()));
+    let mut again = area.clone();
+    let number = takes(&mut area, 0.2).number;
+    area.offer("a0-1", offer("d", &[])).unwrap();
+    let third = flies(&area, "d", &[(2.5, here), (9.0, [4.5, 24.5, 2.5])]);
+    let asked = proposal(1, 2.5, &third, Some("d"));
+    hear(&mut area, 1.5, "a0-1", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    let (settled, is_flown) = (1, true);
+    hear(
+        &mut area,
+        1.6,
+        "a0-1",
+        Says::Settle(Settled {
+            number: settled,
+            is_flown,
+        }),
+    );
+    // The first owner was not heard since it agreed.
+    hear(&mut area, 10.0, "a1-0", Says::Border(offering.clone()));
+    area.tick(10.1);
+    assert_eq!(proposed(&mut area), []);
+    assert_eq!(of(area.plan(), "d").trajectory, third.trajectory);
+    let tells = |area: &Area| {
+        area.border("a1-0", 10.0)
+            .drones
+            .iter()
+            .any(|it| it.name == "d")
+    };
+    assert!(tells(&area));
+    let told = border(10.2, 2, &[]);
+    hear(
+        &mut area,
+        10.2,
+        "a1-0",
+        Says::Border(Border {
+            heard: number,
+            ..told
+        }),
+    );
+    assert!(!tells(&area));
+    assert_eq!(contradiction(&area), None);
+    let journal = area.take_records().into_iter();
+    journal.for_each(|it| again.replay(it).unwrap());
+    assert_eq!(again.plan(), area.plan());
+    assert_eq!(again.revision(), area.revision());
+    assert!(!tells(&again));
+}
