@@ -783,6 +783,7 @@ impl Area {
             let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
             let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
             if let [Some(a), Some(b)] = places
+                && extent(known, at_s).is_some()
                 && is_inside(&near, &a)
                 && (a - b).norm() > JUMP_M
             {
@@ -800,6 +801,18 @@ impl Area {
         let is_offered = self.offered.get(drone).is_some_and(|(to, _)| to == from);
         let mut agreed = self.neighbours[from].agreed.values();
         is_offered || agreed.any(|it| it.takes.as_deref() == Some(drone))
+    }
+
+    /// The neighbour that may take a drone by a proposal that was agreed to.
+    fn promised(&self, drone: &str) -> Option<&str> {
+        let takes = |it: &Neighbour| {
+            let mut agreed = it.agreed.values();
+            agreed.any(|it| it.takes.as_deref() == Some(drone))
+        };
+        let mut neighbours = self.neighbours.iter();
+        neighbours
+            .find(|(_, it)| takes(it))
+            .map(|(name, _)| &name[..])
     }
 
     fn hear_vote(&mut self, now_s: f64, from: &str, vote: &Vote) -> Result<(), String> {
@@ -922,6 +935,19 @@ impl Area {
                 border.revision
             ));
         }
+        // What it would say here if it flew it still is not there any more. What a neighbour may
+        // have taken is said by that one.
+        let is_left_out = |it: &&DronePlan| {
+            self.theirs.get(&it.name).is_some_and(|it| it == from)
+                && self.matters(it, &self.name, border.at_s)
+                && !border.drones.iter().any(|said| said.name == it.name)
+                && self.promised(&it.name).is_none()
+        };
+        let left_out = plan.drones.iter().filter(is_left_out);
+        let other: Vec<DronePlan> = left_out
+            .map(|it| gone(it, border.at_s.min(now_s)))
+            .chain(other)
+            .collect();
         let open: Vec<u64> = known.agreed.keys().copied().collect();
         let open = open.into_iter().filter(|it| *it <= border.settled);
         for number in open.collect::<Vec<u64>>() {
@@ -1121,6 +1147,31 @@ fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
             _ => false,
         }
     })
+}
+
+/// What has been flown up to a time (s) by a drone that is not there any more.
+fn gone(entry: &DronePlan, at_s: f64) -> DronePlan {
+    let mut entry = entry.clone();
+    let flown = &mut entry.trajectory;
+    // One that has not come yet does not stay.
+    let at_s = flown.t_s.first().map_or(at_s, |it| it.max(at_s));
+    if let Some((last, place_m)) = flown.point_at(at_s).zip(flown.position_m(at_s)) {
+        flown.t_s.truncate(last + 1);
+        flown.position_m.truncate(last + 1);
+        flown.mass_kg.truncate(last + 1);
+        flown.t_s.push(at_s);
+        flown.position_m.push(place_m);
+        flown.mass_kg.extend(flown.mass_kg.last().copied());
+        if flown.is_smooth() {
+            flown.control_m.truncate(last);
+            flown.control_m.resize(last + 1, Vec::new());
+        }
+    }
+    let (from_s, until_s) = entry.airborne_s;
+    let until_s = until_s.unwrap_or(at_s).min(at_s);
+    entry.airborne_s = (from_s.min(until_s), Some(until_s));
+    entry.at_end = AtEnd::Leave;
+    entry
 }
 
 /// Where a drone is from a time on (s).

@@ -303,3 +303,19 @@ fn a_drone_that_was_taken_and_handed_on_is_not_its_first_owners_again() {
     assert_eq!(again.revision(), area.revision());
     assert!(!tells(&again));
 }
+
+#[test]
+fn what_a_border_leaves_out_is_not_there_any_more() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let [x, again] =
+        [(0.0, [14.5, 3.5, 2.5]), (5.5, [14.5, 12.5, 2.5])].map(|at| flies(&area, "x", &[at]));
+    hear(&mut area, 1.0, "a1-0", Says::Border(border(1.0, 1, &[x])));
+    hear(&mut area, 3.0, "a1-0", Says::Border(border(3.0, 2, &[])));
+    let gone = of(area.plan(), "x");
+    assert_eq!(gone.at_end, AtEnd::Leave);
+    assert!(*gone.trajectory.t_s.last().unwrap() <= 3.01);
+    let told = border(5.6, 3, std::slice::from_ref(&again));
+    hear(&mut area, 5.6, "a1-0", Says::Border(told));
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "x").trajectory, again.trajectory);
+}
