@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use nalgebra::Point3;
-use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Violation};
+use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Violation, ViolationKind};
 use planner::replan::GivenError;
 use planner::replan::change::{Change, ChangeError};
 use planner::scenario::world::{Drone, World};
@@ -24,8 +24,8 @@ const SPEAKS_S: f64 = 60.0;
 /// How much of what was flown is kept (s), and how often the rest is dropped. Chosen here: longer
 /// than air is under way.
 const HISTORY_S: f64 = 60.0;
-/// How far a drone may be from where it was said to be (m): what a delay that is told at once
-/// explains. Chosen here, as for positions that come in.
+/// How far a drone may be from where it was said to be, or to have come by (m). Chosen here, as for
+/// positions that come in.
 const JUMP_M: f64 = 5.0;
 /// Slack in comparing times (s) and places (m).
 const SAME_S: f64 = 1e-6;
@@ -705,6 +705,7 @@ impl Area {
             ));
         }
         self.can_be(from, it.takes.as_deref(), &it.drones, it.from_s)?;
+        self.can_fly(now_s, from, &it.drones)?;
         if let Some(known) = self.neighbours.get_mut(from) {
             known.number = it.number;
         }
@@ -770,27 +771,44 @@ impl Area {
                 return Err(format!("it says two things of `{name}`"));
             }
             let known = self.running.plan().drones.iter().find(|it| it.name == name);
-            let Some(known) = known else { continue };
             // What was offered may have been taken, and flown on, while nothing was heard.
-            if self.is_taking(from, name) {
-                continue;
+            let is_known = takes == Some(name) || !self.is_taking(from, name);
+            if let Some(known) = known.filter(|_| is_known) {
+                if takes != Some(name) && (self.owns(name, None) || self.owes(name, from)) {
+                    let owner = self.theirs.get(name).unwrap_or(&self.name);
+                    return Err(format!("`{name}` is of `{owner}`"));
+                }
+                // What is far off may have changed without this planner being told.
+                let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
+                let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
+                if let [Some(a), Some(b)] = places
+                    && extent(known, at_s).is_some()
+                    && is_inside(&near, &a)
+                    && off_m(known, at_s, &b) > JUMP_M
+                {
+                    let off_m = (a - b).norm();
+                    return Err(format!(
+                        "`{name}` is {off_m:.1} m from where it said, at {at_s:.2} s"
+                    ));
+                }
             }
-            if takes != Some(name) && (self.owns(name, None) || self.owes(name, from)) {
-                let owner = self.theirs.get(name).unwrap_or(&self.name);
-                return Err(format!("`{name}` is of `{owner}`"));
-            }
-            // What is far off may have changed without this planner being told.
-            let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
-            let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
-            if let [Some(a), Some(b)] = places
-                && extent(known, at_s).is_some()
-                && is_inside(&near, &a)
-                && (a - b).norm() > JUMP_M
-            {
-                let off_m = (a - b).norm();
-                return Err(format!(
-                    "`{name}` is {off_m:.1} m from where it said, at {at_s:.2} s"
-                ));
+        }
+        Ok(())
+    }
+
+    /// Whether drones move, since their planner was heard, as their airframes can.
+    fn can_fly(&self, now_s: f64, from: &str, drones: &[DronePlan]) -> Result<(), String> {
+        let since_s = self.neighbours[from].heard_s.unwrap_or(now_s);
+        let is_too_fast = |it: &Violation| {
+            let kinds = [ViolationKind::Jump, ViolationKind::Speed];
+            kinds.contains(&it.kind) && it.matters_from(since_s)
+        };
+        for entry in drones {
+            let mut alone = self.rules.clone();
+            alone.drones = vec![entry.clone()];
+            let mut found = planner::verify(&alone).violations.into_iter();
+            if let Some(it) = found.find(is_too_fast) {
+                return Err(it.to_string());
             }
         }
         Ok(())
@@ -874,7 +892,8 @@ impl Area {
         if fact.revision <= known {
             return Err(format!("revision {} after revision {known}", fact.revision));
         }
-        self.can_be(from, None, &fact.drones, self.clock_s)?;
+        self.can_be(from, None, &fact.drones, now_s)?;
+        self.can_fly(now_s, from, &fact.drones)?;
         if let Some(it) = self.neighbours.get_mut(from) {
             it.revision = fact.revision;
         }
@@ -935,6 +954,7 @@ impl Area {
                 border.revision
             ));
         }
+        self.can_fly(now_s, from, &other)?;
         // What it would say here if it flew it still is not there any more. What a neighbour may
         // have taken is said by that one.
         let is_left_out = |it: &&DronePlan| {
@@ -1172,6 +1192,24 @@ fn gone(entry: &DronePlan, at_s: f64) -> DronePlan {
     entry.airborne_s = (from_s.min(until_s), Some(until_s));
     entry.at_end = AtEnd::Leave;
     entry
+}
+
+/// How far a place is from where a drone was up to a time (s), which is where it may be that is
+/// late (m).
+fn off_m(entry: &DronePlan, until_s: f64, at_m: &Point3<f64>) -> f64 {
+    let flown = &entry.trajectory;
+    let points = flown.t_s.iter().zip(&flown.position_m);
+    let points = points.take_while(|(t_s, _)| **t_s <= until_s);
+    let last_m = flown.position_m(until_s);
+    let points: Vec<Point3<f64>> = points.map(|(_, it)| *it).chain(last_m).collect();
+    let from_piece_m = |ends: &[Point3<f64>]| {
+        let (way, to) = (ends[1] - ends[0], at_m - ends[0]);
+        let share = to.dot(&way) / way.norm_squared().max(SAME_M * SAME_M);
+        (to - way * share.clamp(0.0, 1.0)).norm()
+    };
+    let first_m = points.first().map(|it| (at_m - it).norm());
+    let pieces_m = points.windows(2).map(from_piece_m);
+    pieces_m.chain(first_m).fold(f64::INFINITY, f64::min)
 }
 
 /// Where a drone is from a time on (s).

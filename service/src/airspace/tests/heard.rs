@@ -259,7 +259,7 @@ fn a_drone_that_was_taken_and_handed_on_is_not_its_first_owners_again() {
     let mut again = area.clone();
     let number = takes(&mut area, 0.2).number;
     area.offer("a0-1", offer("d", &[])).unwrap();
-    let third = flies(&area, "d", &[(2.5, here), (9.0, [4.5, 24.5, 2.5])]);
+    let third = flies(&area, "d", &[(2.5, here), (12.0, [4.5, 24.5, 2.5])]);
     let asked = proposal(1, 2.5, &third, Some("d"));
     hear(&mut area, 1.5, "a0-1", Says::Propose(asked));
     assert_eq!(voted(&mut area), None);
@@ -274,21 +274,21 @@ fn a_drone_that_was_taken_and_handed_on_is_not_its_first_owners_again() {
         }),
     );
     // The first owner was not heard since it agreed.
-    hear(&mut area, 10.0, "a1-0", Says::Border(offering.clone()));
-    area.tick(10.1);
+    hear(&mut area, 14.0, "a1-0", Says::Border(offering.clone()));
+    area.tick(14.1);
     assert_eq!(proposed(&mut area), []);
     assert_eq!(of(area.plan(), "d").trajectory, third.trajectory);
     let tells = |area: &Area| {
-        area.border("a1-0", 10.0)
+        area.border("a1-0", 14.0)
             .drones
             .iter()
             .any(|it| it.name == "d")
     };
     assert!(tells(&area));
-    let told = border(10.2, 2, &[]);
+    let told = border(14.2, 2, &[]);
     hear(
         &mut area,
-        10.2,
+        14.2,
         "a1-0",
         Says::Border(Border {
             heard: number,
@@ -318,4 +318,54 @@ fn what_a_border_leaves_out_is_not_there_any_more() {
     hear(&mut area, 5.6, "a1-0", Says::Border(told));
     assert_eq!(contradiction(&area), None);
     assert_eq!(of(area.plan(), "x").trajectory, again.trajectory);
+}
+
+#[test]
+fn a_delay_is_heard_however_long_and_a_jump_is_not() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let [from, to] = [[14.5, 1.5, 2.5], [14.5, 15.5, 2.5]];
+    let on_time = [(0.0, from), (3.0, from), (10.0, to)];
+    let x = flies(&area, "x", &on_time);
+    hear(&mut area, 8.0, "a1-0", Says::Border(border(8.0, 1, &[x])));
+    let waits = [14.5, 5.5, 2.5];
+    let late = [
+        (0.0, from),
+        (3.0, from),
+        (5.0, waits),
+        (8.5, waits),
+        (13.5, to),
+    ];
+    let x = flies(&area, "x", &late);
+    let fact = |revision: u64, x: &DronePlan| {
+        let drones = vec![x.clone()];
+        Says::Fact(Fact { revision, drones })
+    };
+    hear(&mut area, 8.4, "a1-0", fact(2, &x));
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    let mut points = late.to_vec();
+    points.insert(4, (8.51, [4.5, 5.5, 2.5]));
+    let jumps = flies(&area, "x", &points);
+    hear(&mut area, 8.6, "a1-0", fact(3, &jumps));
+    assert!(contradiction(&area).is_some_and(|it| it.contains("`x`")));
+    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    // Nor where it jumps later on.
+    let ahead = [(0.0, from), (8.6, waits), (12.0, waits), (12.01, to)];
+    let jumps = flies(&area, "x", &ahead);
+    hear(&mut area, 8.6, "a1-0", fact(3, &jumps));
+    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+}
+
+#[test]
+fn an_offered_drone_is_taken_from_where_it_hovers() {
+    let mut area = planner(&PAIR, "a0-0", [12.5, 8.5, 2.5]);
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let beside = flies(
+        &area,
+        "a0-0-0",
+        &[(1.0, [12.5, 14.2, 2.5]), (6.0, [20.5, 8.5, 2.5])],
+    );
+    let asked = proposal(1, 1.0, &beside, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert!(contradiction(&area).is_some_and(|it| it.contains("5.7 m from where it said")));
 }
