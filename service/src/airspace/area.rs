@@ -301,6 +301,9 @@ impl Area {
         if entry.at_end != AtEnd::Hover || !ends_m.is_some_and(|it| is_inside(bounds_m, it)) {
             return wrong("it does not end hovering in that world");
         }
+        if let Some(area) = self.promised(&offer.drone) {
+            return wrong(&format!("it is promised to `{area}`"));
+        }
         self.records.push(Record::Offered {
             to: to.to_owned(),
             offer: offer.clone(),
@@ -740,6 +743,12 @@ impl Area {
             && self.offered.get(drone).is_none_or(|(to, _)| to != from)
         {
             return Some(format!("`{drone}` is not offered"));
+        }
+        let own = it.takes.as_deref().filter(|it| self.owns(it, None));
+        if let Some(area) = own.and_then(|it| self.promised(it))
+            && area != from
+        {
+            return Some(format!("`{}` is promised to `{area}`", own?));
         }
         let from_s = it.from_s - SAME_S;
         if let Some(found) = self.conflict(self.running.plan(), None, &it.drones, from_s) {

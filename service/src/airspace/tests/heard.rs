@@ -369,3 +369,29 @@ fn an_offered_drone_is_taken_from_where_it_hovers() {
     hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
     assert!(contradiction(&area).is_some_and(|it| it.contains("5.7 m from where it said")));
 }
+
+#[test]
+fn a_drone_that_is_promised_to_one_neighbour_is_not_promised_to_a_second() {
+    let here = [14.5, 14.5, 2.5];
+    let mut area = planner(&SQUARE, "a0-0", here);
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let first = flies(&area, "a0-0-0", &[(1.0, here), (6.0, [20.5, 14.5, 2.5])]);
+    let asked = proposal(1, 1.0, &first, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    assert!(area.offer("a0-1", offer("a0-0-0", &[])).is_err());
+    let mut both = planner(&SQUARE, "a0-0", here);
+    // As a journal may have it that was written before.
+    area.take_records()
+        .into_iter()
+        .for_each(|it| both.replay(it).unwrap());
+    let offered = crate::airspace::Record::Offered {
+        to: "a0-1".to_owned(),
+        offer: offer("a0-0-0", &[]),
+    };
+    both.replay(offered).unwrap();
+    let second = flies(&both, "a0-0-0", &[(3.0, here), (8.0, [14.5, 20.5, 2.5])]);
+    let asked = proposal(1, 3.0, &second, Some("a0-0-0"));
+    hear(&mut both, 1.5, "a0-1", Says::Propose(asked));
+    assert!(voted(&mut both).is_some_and(|it| it.contains("promised to `a1-0`")));
+}
