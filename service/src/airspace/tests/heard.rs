@@ -395,3 +395,23 @@ fn a_drone_that_is_promised_to_one_neighbour_is_not_promised_to_a_second() {
     hear(&mut both, 1.5, "a0-1", Says::Propose(asked));
     assert!(voted(&mut both).is_some_and(|it| it.contains("promised to `a1-0`")));
 }
+
+#[test]
+fn a_hand_over_keeps_the_load() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let mut x = flies(&area, "x", &[(0.0, [14.5, 3.5, 2.5])]);
+    let laden_kg = x.airframe.mass_kg + 0.3;
+    x.trajectory.mass_kg = vec![laden_kg];
+    let offers = vec![offer("x", &[[12.5, 3.5, 2.5]])];
+    let told = border(0.1, 1, &[x]);
+    hear(
+        &mut area,
+        0.1,
+        "a1-0",
+        Says::Border(Border { offers, ..told }),
+    );
+    let asked = takes(&mut area, 0.2);
+    let masses_kg = &asked.drones[0].trajectory.mass_kg;
+    let is_laden = |kg: &f64| (kg - laden_kg).abs() < 1e-6;
+    assert!(masses_kg.iter().all(is_laden), "{masses_kg:?}");
+}
