@@ -27,9 +27,10 @@ const HISTORY_S: f64 = 60.0;
 /// How far a drone may be from where it was said to be, or to have come by (m). Chosen here, as for
 /// positions that come in.
 const JUMP_M: f64 = 5.0;
-/// Slack in comparing times (s) and places (m).
+/// Slack in comparing times (s), places (m) and masses (kg).
 const SAME_S: f64 = 1e-6;
 const SAME_M: f64 = 1e-6;
+const SAME_KG: f64 = 1e-6;
 /// How many of what is counted one by one are kept, the last ones. Chosen here: enough for a
 /// percentile.
 const MOST_KEPT: usize = 1000;
@@ -1158,10 +1159,19 @@ impl Area {
 fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     let ends = |it: &DronePlan| {
         (
-            it.at_end,
+            (it.air_limit, it.at_end),
             it.airborne_s.1,
             it.trajectory.position_m.last().copied(),
         )
+    };
+    let masses_kg = |it: &DronePlan| {
+        let first = it.trajectory.point_at(from_s).unwrap_or(0);
+        let masses_kg = it.trajectory.mass_kg.iter().skip(first);
+        masses_kg.copied().collect::<Vec<f64>>()
+    };
+    let weigh_the_same = || {
+        let [a, b] = [a, b].map(masses_kg);
+        a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() < SAME_KG)
     };
     let is_there = |it: &DronePlan| {
         let times_s = it.trajectory.t_s.iter().copied();
@@ -1170,12 +1180,14 @@ fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     let (times_s, places) = (is_there(a), |it: &DronePlan, t_s| {
         it.trajectory.position_m(t_s)
     });
-    ends(a) == ends(b) && times_s == is_there(b) && { times_s.iter().copied() }.all(|t_s| {
-        match (places(a, t_s), places(b, t_s)) {
+    a.airframe == b.airframe
+        && ends(a) == ends(b)
+        && weigh_the_same()
+        && times_s == is_there(b)
+        && { times_s.iter().copied() }.all(|t_s| match (places(a, t_s), places(b, t_s)) {
             (Some(a), Some(b)) => (a - b).norm() < SAME_M,
             _ => false,
-        }
-    })
+        })
 }
 
 /// What has been flown up to a time (s) by a drone that is not there any more.

@@ -415,3 +415,30 @@ fn a_hand_over_keeps_the_load() {
     let is_laden = |kg: &f64| (kg - laden_kg).abs() < 1e-6;
     assert!(masses_kg.iter().all(is_laden), "{masses_kg:?}");
 }
+
+#[test]
+fn another_load_or_airframe_in_a_border_is_noticed() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let mut x = flies(&area, "x", &[(0.0, [14.5, 3.5, 2.5])]);
+    let tell = |area: &mut Area, revision: u64, x: &DronePlan| {
+        let drones = std::slice::from_ref(x);
+        hear(
+            area,
+            1.0,
+            "a1-0",
+            Says::Border(border(1.0, revision, drones)),
+        );
+        assert_eq!(contradiction(area), None);
+        let known = of(area.plan(), "x");
+        assert_eq!(known.trajectory, x.trajectory);
+        assert_eq!(known.airframe, x.airframe);
+        assert_eq!(known.air_limit, x.air_limit);
+    };
+    tell(&mut area, 1, &x);
+    x.trajectory.mass_kg[0] += 0.3;
+    tell(&mut area, 2, &x);
+    x.airframe.body_radius_m += 0.1;
+    tell(&mut area, 3, &x);
+    x.air_limit *= 0.5;
+    tell(&mut area, 4, &x);
+}
