@@ -548,6 +548,22 @@ impl Area {
     ) -> Result<(Running, Vec<String>), Refused> {
         let told =
             |all: &[Refusal]| Refused::Changes(all.iter().map(|it| it.message.clone()).collect());
+        let is_theirs = |name: &str| {
+            let mut drones = self.running.plan().drones.iter();
+            let known = drones.find(|it| it.name == name && !self.owns(name, None));
+            known.is_some_and(|it| extent(it, at_s).is_some())
+        };
+        let added = changes.iter().filter_map(|it| match it {
+            OneChange::Add(it) => Some(&it.drone),
+            _ => None,
+        });
+        let theirs = added.filter(|it| is_theirs(it));
+        let theirs: Vec<String> = theirs
+            .map(|it| format!("`{it}` is a neighbour's; give the drone that comes another name"))
+            .collect();
+        if !theirs.is_empty() {
+            return Err(Refused::Changes(theirs));
+        }
         let mut candidate = self.running.clone();
         let mut changes = asked(&candidate, at_s, changes).map_err(|it| told(&it))?;
         changes.extend(took.and_then(|(_, offer)| self.taken(offer)));
@@ -667,6 +683,11 @@ impl Area {
         self.revision += 1;
         self.clock_s = self.clock_s.max(at_s);
         self.settled = self.settled.max(number);
+        for change in &changes {
+            if let OneChange::Add(it) = change {
+                self.theirs.remove(&it.drone);
+            }
+        }
         if let Some((from, offer)) = &took {
             self.counts.taken += 1;
             self.theirs.remove(&offer.drone);

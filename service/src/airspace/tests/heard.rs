@@ -442,3 +442,27 @@ fn another_load_or_airframe_in_a_border_is_noticed() {
     x.air_limit *= 0.5;
     tell(&mut area, 4, &x);
 }
+
+#[test]
+fn a_drone_that_comes_under_the_name_of_one_that_has_left_is_own() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let there = [14.5, 3.5, 2.5];
+    let mut x = flies(&area, "x", &[(0.0, there), (1.0, there)]);
+    (x.at_end, x.airborne_s) = (AtEnd::Leave, (0.0, Some(1.0)));
+    hear(&mut area, 0.1, "a1-0", Says::Border(border(0.1, 1, &[x])));
+    let comes = |start_m| {
+        OneChange::Add(Add {
+            drone: "x".to_owned(),
+            like: "a0-0-0".to_owned(),
+            start_m,
+            at_start: planner::plan::AtStart::Hover,
+            tasks: Vec::new(),
+            at_end: AtEnd::Hover,
+        })
+    };
+    // While it is there its name is taken.
+    let mut before = area.clone();
+    assert!(before.ask(0.0, vec![comes([3.5, 4.5, 2.5])]).is_err());
+    assert_eq!(area.ask(2.0, vec![comes([3.5, 4.5, 2.5])]), Ok(true));
+    assert!(area.own().any(|it| it.name == "x"));
+}
