@@ -183,6 +183,11 @@ pub enum Record {
         /// Which, and what is left for it to do.
         offer: message::Offer,
     },
+    /// An offer was taken back.
+    Withdrawn {
+        /// Of which drone.
+        drone: String,
+    },
     /// What was flown before a time is dropped.
     Forgot {
         /// When (s).

@@ -13,7 +13,7 @@ use planner::{Control, Plan, Running};
 use super::Record;
 use super::message::{Border, Fact, Message, Offer, PROTOCOL, Proposal, Says, Settled, Vote};
 use crate::handler::{asked, name_of, tasks};
-use crate::message::{OneChange, Refusal};
+use crate::message::{OneChange, Refusal, Task};
 
 /// How often neighbours are told of the border (s). Chosen here: a third of [`Site::silent_s`]'s
 /// usual value.
@@ -286,7 +286,8 @@ impl Area {
     /// still has to do goes with it.
     ///
     /// # Errors
-    /// It is not an own drone that ends hovering in the neighbour's world.
+    /// It is not an own drone that ends hovering in the neighbour's world, it is promised already,
+    /// or a task lies outside that world.
     pub fn offer(&mut self, to: &str, offer: Offer) -> Result<(), Refused> {
         let wrong = |why: &str| {
             let what = format!("`{}` cannot be offered to `{to}`: {why}", offer.drone);
@@ -305,6 +306,10 @@ impl Area {
         if let Some(area) = self.promised(&offer.drone) {
             return wrong(&format!("it is promised to `{area}`"));
         }
+        let is_beyond = |it: &Task| !is_inside(bounds_m, &it.to_m.into());
+        if let Some(index) = offer.tasks.iter().position(is_beyond) {
+            return wrong(&format!("task {} lies outside that world", index + 1));
+        }
         self.records.push(Record::Offered {
             to: to.to_owned(),
             offer: offer.clone(),
@@ -312,6 +317,25 @@ impl Area {
         self.offered
             .insert(offer.drone.clone(), (to.to_owned(), offer));
         // With the next border, and every one from then on.
+        self.told_s = f64::NEG_INFINITY;
+        Ok(())
+    }
+
+    /// Takes an offer back.
+    ///
+    /// # Errors
+    /// It is not offered, or a neighbour may take it by a proposal that was agreed to.
+    pub fn withdraw(&mut self, drone: &str) -> Result<(), Refused> {
+        let wrong = |why: String| Err(Refused::Changes(vec![format!("`{drone}` {why}")]));
+        if let Some(area) = self.promised(drone) {
+            return wrong(format!("is promised to `{area}`"));
+        }
+        if self.offered.remove(drone).is_none() {
+            return wrong("is not offered".to_owned());
+        }
+        self.records.push(Record::Withdrawn {
+            drone: drone.to_owned(),
+        });
         self.told_s = f64::NEG_INFINITY;
         Ok(())
     }
@@ -451,6 +475,9 @@ impl Area {
             }
             Record::Offered { to, offer } => {
                 self.offered.insert(offer.drone.clone(), (to, offer));
+            }
+            Record::Withdrawn { drone } => {
+                self.offered.remove(&drone);
             }
             Record::Forgot { before_s } => self.running.forget(before_s),
         }

@@ -10,7 +10,7 @@ use crate::airspace::message::{
 };
 use crate::airspace::traffic::Grid;
 use crate::airspace::{Area, Refused};
-use crate::message::{Add, Late, OneChange, Retask, Task};
+use crate::message::{Add, Land, Late, OneChange, Retask, Task};
 
 /// Two by two areas of 16 m, whose worlds reach 6 m into one another.
 const SQUARE: Grid = Grid {
@@ -465,4 +465,31 @@ fn a_drone_that_comes_under_the_name_of_one_that_has_left_is_own() {
     assert!(before.ask(0.0, vec![comes([3.5, 4.5, 2.5])]).is_err());
     assert_eq!(area.ask(2.0, vec![comes([3.5, 4.5, 2.5])]), Ok(true));
     assert!(area.own().any(|it| it.name == "x"));
+}
+
+#[test]
+fn an_offer_that_cannot_be_taken_is_refused_and_one_that_is_not_can_be_withdrawn() {
+    let mut area = planner(&PAIR, "a0-0", [12.5, 8.5, 2.5]);
+    let mut again = area.clone();
+    let beyond = offer("a0-0-0", &[[20.5, 8.5, 2.5], [4.5, 8.5, 2.5]]);
+    let why = area.offer("a1-0", beyond).unwrap_err().to_string();
+    assert!(why.contains("task 2"), "{why}");
+    area.offer("a1-0", offer("a0-0-0", &[[20.5, 8.5, 2.5]]))
+        .unwrap();
+    let back = retask("a0-0-0", [4.5, 8.5, 2.5]);
+    assert!(area.ask(0.1, back.clone()).is_err());
+    area.withdraw("a0-0-0").unwrap();
+    assert_eq!(area.border("a1-0", 0.1).offers, []);
+    assert!(!area.is_offered("a0-0-0"));
+    let journal = area.take_records().into_iter();
+    journal.for_each(|it| again.replay(it).unwrap());
+    assert!(!again.is_offered("a0-0-0"));
+    // What is promised is not taken back.
+    let here = [12.5, 8.5, 2.5];
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let taken = flies(&area, "a0-0-0", &[(1.0, here), (6.0, [20.5, 8.5, 2.5])]);
+    let asked = proposal(1, 1.0, &taken, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    assert!(area.withdraw("a0-0-0").is_err());
 }
