@@ -17,7 +17,8 @@
 //!
 //! A neighbour that says nothing keeps its last wakes in the plan, and nothing is changed near its
 //! world. After the last moment for which it has spoken its drones come down in its area, and
-//! nothing is planned within reach of that any more until it is heard again.
+//! nothing is planned within reach of that any more until it is heard again, but to land there or
+//! to go away from it.
 //!
 //! In this order: `message`, what neighbours say to one another; [`Neighbours`], how it gets there,
 //! with one implementation within a process; `area`, one planner;

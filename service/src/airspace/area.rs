@@ -61,7 +61,7 @@ pub enum Refused {
     /// It comes near the world of a neighbour that is not heard.
     Silent(String),
     /// It comes within reach of where the drones of a neighbour come down that is not heard any
-    /// more.
+    /// more, and nearer than what is flown now, or takes one of them.
     Closed(String),
     /// The drone is offered to a neighbour.
     Offered(String),
@@ -524,7 +524,21 @@ impl Area {
                 Some(heard_s) if now_s - heard_s <= self.site.silent_s => {
                     asked.insert(area.clone());
                 }
-                Some(_) if neighbour.until_s < now_s => return Err(Refused::Closed(area.clone())),
+                Some(_) if neighbour.until_s < now_s => {
+                    // It is not there to be asked; who goes away from its world may.
+                    let is_taken = took.as_ref().is_some_and(|it| it.0 == *area);
+                    let mut near = changed.iter().filter(|it| matters(it));
+                    let is_nearer = |name: &String| {
+                        let [new, old] = [plan, self.running.plan()].map(|plan| {
+                            let entry = found(plan, name).map(|it| &plan.drones[it]);
+                            entry.and_then(|it| self.off_world_m(it, area, at_s))
+                        });
+                        new.is_some_and(|new| old.is_none_or(|old| new < old - SAME_M))
+                    };
+                    if is_taken || near.any(is_nearer) {
+                        return Err(Refused::Closed(area.clone()));
+                    }
+                }
                 _ => return Err(Refused::Silent(area.clone())),
             }
         }
@@ -697,6 +711,18 @@ impl Area {
         let near = near.map(|it| grown(it, self.site.reach_m));
         near.zip(extent(entry, from_s))
             .is_some_and(|(near, it)| meet(&near, &it))
+    }
+
+    /// How far beside a neighbour's world a drone stays from a time on (s), less than 0 within it
+    /// (m); seen from above.
+    fn off_world_m(&self, entry: &DronePlan, neighbour: &str, from_s: f64) -> Option<f64> {
+        let world = self.site.areas.get(neighbour)?;
+        let flown = extent(entry, from_s)?;
+        let beside_m = |k| {
+            let [below_m, above_m] = [world.min[k] - flown.max[k], flown.min[k] - world.max[k]];
+            f64::max(below_m, above_m)
+        };
+        Some(beside_m(0).max(beside_m(1)))
     }
 
     /// The candidate is the plan now.

@@ -493,3 +493,25 @@ fn an_offer_that_cannot_be_taken_is_refused_and_one_that_is_not_can_be_withdrawn
     assert_eq!(voted(&mut area), None);
     assert!(area.withdraw("a0-0-0").is_err());
 }
+
+#[test]
+fn a_drone_near_a_lost_neighbour_may_go_away_from_it_and_land_but_come_no_nearer() {
+    let mut area = planner(&PAIR, "a0-0", [14.5, 8.5, 2.5]);
+    let until_s = 2.5;
+    let told = border(0.1, 1, &[]);
+    hear(
+        &mut area,
+        0.1,
+        "a1-0",
+        Says::Border(Border { until_s, ..told }),
+    );
+    let nearer = area.ask(5.0, retask("a0-0-0", [16.5, 8.5, 2.5]));
+    assert_eq!(nearer, Err(Refused::Closed("a1-0".to_owned())));
+    let mut other = area.clone();
+    assert_eq!(other.ask(5.0, retask("a0-0-0", [4.5, 8.5, 2.5])), Ok(true));
+    let land = OneChange::Land(Land {
+        drone: "a0-0-0".to_owned(),
+        over_m: Some([14.5, 8.5, 2.5]),
+    });
+    assert_eq!(area.ask(5.0, vec![land]), Ok(true));
+}
