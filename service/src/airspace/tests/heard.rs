@@ -30,7 +30,7 @@ fn planner(grid: &Grid, name: &str, at_m: [f64; 3]) -> Area {
     let [x, y, z] = at_m;
     let drone =
         format!("(name: \"{name}-0\", airframe: \"offboard-2\", start_m: ({x}, {y}, {z})),\n])\n");
-    let scenario = grid.scenario(name).replace("])\n", &drone);
+    let scenario = grid.scenario(name).unwrap().replace("])\n", &drone);
     let world = planner::read_world(&scenario).unwrap();
     let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
     let plan = outcome.into_planned().unwrap().plan;
