@@ -127,11 +127,11 @@ fn proposed(area: &mut Area) -> Vec<(String, Proposal)> {
 /// Its last vote, and that it has cast one.
 fn voted(area: &mut Area) -> Option<String> {
     let votes = area.take_messages().into_iter();
-    let votes = votes.filter_map(|it| match it.says {
+    let mut votes = votes.filter_map(|it| match it.says {
         Says::Vote(vote) => Some(vote.against),
         _ => None,
     });
-    votes.last().unwrap()
+    votes.next_back().unwrap()
 }
 
 fn contradiction(area: &Area) -> Option<&str> {
