@@ -17,7 +17,8 @@
 //!
 //! A neighbour that says nothing keeps its last wakes in the plan, and nothing is changed near its
 //! world. After the last moment for which it has spoken its drones come down in its area, and
-//! nothing is planned within reach of that any more until it is heard again.
+//! nothing is planned within reach of that any more until it is heard again, but to land there or
+//! to go away from it.
 //!
 //! In this order: `message`, what neighbours say to one another; [`Neighbours`], how it gets there,
 //! with one implementation within a process; `area`, one planner;
@@ -164,6 +165,13 @@ pub enum Record {
         /// Which.
         number: u64,
     },
+    /// A neighbour has said up to which proposal it knows what was taken from it.
+    Knows {
+        /// Which neighbour.
+        from: String,
+        /// Of the last one.
+        number: u64,
+    },
     /// A proposal was made; if no change bears its number, it is dropped.
     Proposed {
         /// Which.
@@ -175,6 +183,11 @@ pub enum Record {
         to: String,
         /// Which, and what is left for it to do.
         offer: message::Offer,
+    },
+    /// An offer was taken back.
+    Withdrawn {
+        /// Of which drone.
+        drone: String,
     },
     /// What was flown before a time is dropped.
     Forgot {

@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 use flight::feed_forward::FeedForward;
 use flight::{Options, Setup};
 use planner::Plan;
+use planner::scenario::limits::DELAY_S;
 use tools::instances::Floor;
 
 use crate::commands::plan::use_threads;
@@ -37,7 +38,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 10.0, value_name = "N", value_parser = number(ABOVE_0..=1e6, ""), allow_negative_numbers = true)]
     rate: f64,
     /// Time between two requests (s of the site's clock): what has changed until then is one
-    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number(ABOVE_0..=1e6, "s"), allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number(ABOVE_0..=DELAY_S.high, "s"), allow_negative_numbers = true)]
     interval: f64,
     /// Longest time that a patch may take (s); a change is to hold so long after it is asked for
     #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number(ABOVE_0..=1e6, "s"), allow_negative_numbers = true)]

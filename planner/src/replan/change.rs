@@ -27,7 +27,8 @@ pub enum Change {
         /// How far behind (s).
         by_s: f64,
     },
-    /// A drone comes, to where it starts; one of another planner is planned here from now on.
+    /// A drone comes, to where it starts; one of another planner is planned here from now on, with
+    /// the load that it has where it hovers there.
     Added(Drone),
     /// A drone is taken out, body and wake.
     Removed {

@@ -859,8 +859,9 @@ impl Turn<'_> {
         let index = known.unwrap_or(self.running.tracks.len());
         let grounded = drone.at_start == AtStart::Landed;
         let start = self.start(drone, drone.start_m, grounded);
-        let bare_kg = drone.vehicle.airframe.mass_kg();
-        let kind = self.running.job.kinds.kind(&drone.vehicle, bare_kg);
+        let mass_kg = known.and_then(|it| self.hovers_laden_kg(it, drone));
+        let mass_kg = mass_kg.unwrap_or(drone.vehicle.airframe.mass_kg());
+        let kind = self.running.job.kinds.kind(&drone.vehicle, mass_kg);
         match known {
             Some(index) => self.running.world.drones[index] = drone.clone(),
             None => self.running.world.drones.push(drone.clone()),
@@ -893,6 +894,22 @@ impl Turn<'_> {
             }
         }
         self.ask(index, Cause::Added, false, None);
+    }
+
+    /// The mass (kg), with what it carries, of a drone that another planner has flown to where it
+    /// starts here.
+    fn hovers_laden_kg(&self, index: usize, drone: &Drone) -> Option<f64> {
+        let entry = &self.running.plan.drones[index];
+        let TrajectoryEntry {
+            t_s,
+            position_m,
+            mass_kg,
+            ..
+        } = &entry.trajectory;
+        let is_there = entry.at_end == AtEnd::Hover
+            && t_s.last().is_some_and(|it| *it <= self.at.seconds())
+            && (position_m.last()? - drone.start_m).norm() < SAME_PLACE_M;
+        mass_kg.last().copied().filter(|_| is_there)
     }
 
     /// Gives a drone other tasks, and another end, from where it can do something else; its track

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use nalgebra::Point3;
-use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Violation};
+use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Violation, ViolationKind};
 use planner::replan::GivenError;
 use planner::replan::change::{Change, ChangeError};
 use planner::scenario::world::{Drone, World};
@@ -13,7 +13,7 @@ use planner::{Control, Plan, Running};
 use super::Record;
 use super::message::{Border, Fact, Message, Offer, PROTOCOL, Proposal, Says, Settled, Vote};
 use crate::handler::{asked, name_of, tasks};
-use crate::message::{OneChange, Refusal};
+use crate::message::{OneChange, Refusal, Task};
 
 /// How often neighbours are told of the border (s). Chosen here: a third of [`Site::silent_s`]'s
 /// usual value.
@@ -24,12 +24,13 @@ const SPEAKS_S: f64 = 60.0;
 /// How much of what was flown is kept (s), and how often the rest is dropped. Chosen here: longer
 /// than air is under way.
 const HISTORY_S: f64 = 60.0;
-/// How far a drone may be from where it was said to be (m): what a delay that is told at once
-/// explains. Chosen here, as for positions that come in.
+/// How far a drone may be from where it was said to be, or to have come by (m). Chosen here, as for
+/// positions that come in.
 const JUMP_M: f64 = 5.0;
-/// Slack in comparing times (s) and places (m).
+/// Slack in comparing times (s), places (m) and masses (kg).
 const SAME_S: f64 = 1e-6;
 const SAME_M: f64 = 1e-6;
+const SAME_KG: f64 = 1e-6;
 /// How many of what is counted one by one are kept, the last ones. Chosen here: enough for a
 /// percentile.
 const MOST_KEPT: usize = 1000;
@@ -60,7 +61,7 @@ pub enum Refused {
     /// It comes near the world of a neighbour that is not heard.
     Silent(String),
     /// It comes within reach of where the drones of a neighbour come down that is not heard any
-    /// more.
+    /// more, and nearer than what is flown now, or takes one of them.
     Closed(String),
     /// The drone is offered to a neighbour.
     Offered(String),
@@ -155,7 +156,7 @@ pub struct Area {
     revision: u64,
     number: u64,
     settled: u64,
-    /// No change was from later (s).
+    /// No change, of its own drones or of others, was from later (s).
     clock_s: f64,
     tidied_s: f64,
     told_s: f64,
@@ -167,8 +168,9 @@ pub struct Area {
     offered: BTreeMap<String, (String, Offer)>,
     /// Drones that can be taken, and from whom: as neighbours' last borders say.
     offers: Vec<(String, Offer)>,
-    /// Drones that were taken, from whom, by which proposal: until that neighbour knows.
-    owed: BTreeMap<String, (String, u64)>,
+    /// Drones that were taken, and from whom, by which proposal: until that neighbour knows, whoever
+    /// has them by then.
+    owed: BTreeMap<(String, String), u64>,
     outbox: Vec<Message>,
     records: Vec<Record>,
     counts: Counts,
@@ -284,7 +286,8 @@ impl Area {
     /// still has to do goes with it.
     ///
     /// # Errors
-    /// It is not an own drone that ends hovering in the neighbour's world.
+    /// It is not an own drone that ends hovering in the neighbour's world, it is promised already,
+    /// or a task lies outside that world.
     pub fn offer(&mut self, to: &str, offer: Offer) -> Result<(), Refused> {
         let wrong = |why: &str| {
             let what = format!("`{}` cannot be offered to `{to}`: {why}", offer.drone);
@@ -300,6 +303,13 @@ impl Area {
         if entry.at_end != AtEnd::Hover || !ends_m.is_some_and(|it| is_inside(bounds_m, it)) {
             return wrong("it does not end hovering in that world");
         }
+        if let Some(area) = self.promised(&offer.drone) {
+            return wrong(&format!("it is promised to `{area}`"));
+        }
+        let is_beyond = |it: &Task| !is_inside(bounds_m, &it.to_m.into());
+        if let Some(index) = offer.tasks.iter().position(is_beyond) {
+            return wrong(&format!("task {} lies outside that world", index + 1));
+        }
         self.records.push(Record::Offered {
             to: to.to_owned(),
             offer: offer.clone(),
@@ -307,6 +317,25 @@ impl Area {
         self.offered
             .insert(offer.drone.clone(), (to.to_owned(), offer));
         // With the next border, and every one from then on.
+        self.told_s = f64::NEG_INFINITY;
+        Ok(())
+    }
+
+    /// Takes an offer back.
+    ///
+    /// # Errors
+    /// It is not offered, or a neighbour may take it by a proposal that was agreed to.
+    pub fn withdraw(&mut self, drone: &str) -> Result<(), Refused> {
+        let wrong = |why: String| Err(Refused::Changes(vec![format!("`{drone}` {why}")]));
+        if let Some(area) = self.promised(drone) {
+            return wrong(format!("is promised to `{area}`"));
+        }
+        if self.offered.remove(drone).is_none() {
+            return wrong("is not offered".to_owned());
+        }
+        self.records.push(Record::Withdrawn {
+            drone: drone.to_owned(),
+        });
         self.told_s = f64::NEG_INFINITY;
         Ok(())
     }
@@ -344,12 +373,12 @@ impl Area {
 
     /// All that may matter to a neighbour now.
     pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
-        let is_owed = |it: &DronePlan| {
-            let from = self.owed.get(&it.name);
-            from.is_some_and(|(from, _)| from == neighbour)
+        let is_told = |it: &&DronePlan| {
+            let is_near = || self.owns(&it.name, None) && self.matters(it, neighbour, now_s);
+            self.owes(&it.name, neighbour) || is_near()
         };
-        let near = |it: &&DronePlan| self.matters(it, neighbour, now_s) || is_owed(it);
-        let drones: Vec<DronePlan> = self.own().filter(near).cloned().collect();
+        let drones = self.running.plan().drones.iter().filter(is_told);
+        let drones: Vec<DronePlan> = drones.cloned().collect();
         let ends_s = drones.iter().filter_map(|it| it.trajectory.t_s.last());
         Border {
             revision: self.revision,
@@ -379,8 +408,8 @@ impl Area {
             Says::Border(border) => self.hear_border(now_s, from, border),
             Says::Propose(proposal) => self.hear_proposal(now_s, from, proposal),
             Says::Vote(vote) => self.hear_vote(now_s, from, vote),
-            Says::Settle(settled) => self.hear_settled(from, *settled),
-            Says::Fact(fact) => self.hear_fact(from, fact),
+            Says::Settle(settled) => self.hear_settled(now_s, from, *settled),
+            Says::Fact(fact) => self.hear_fact(now_s, from, fact),
         };
         match heard {
             Ok(()) => {
@@ -436,6 +465,9 @@ impl Area {
                 }
             }
             Record::Dropped { from, number } => self.forget_agreed(&from, number),
+            Record::Knows { from, number } => {
+                self.forget_owed(&from, number);
+            }
             Record::Proposed { number } => {
                 self.number = self.number.max(number);
                 // If nothing says that it is flown, it is dropped.
@@ -443,6 +475,9 @@ impl Area {
             }
             Record::Offered { to, offer } => {
                 self.offered.insert(offer.drone.clone(), (to, offer));
+            }
+            Record::Withdrawn { drone } => {
+                self.offered.remove(&drone);
             }
             Record::Forgot { before_s } => self.running.forget(before_s),
         }
@@ -465,13 +500,15 @@ impl Area {
         }
         let at_s = (now_s + self.site.lead_s).max(self.clock_s);
         let (candidate, changed) = self.planned(at_s, &changes, took.as_ref())?;
-        self.is_sound(&candidate, at_s)?;
+        let taken = took.as_ref().map(|(_, offer)| &offer.drone[..]);
+        self.is_sound(&candidate, taken, at_s)?;
         let plan = candidate.plan();
         let found = |plan: &'_ Plan, name: &str| plan.drones.iter().position(|it| it.name == name);
         let mut asked = BTreeSet::new();
         for (area, neighbour) in &self.neighbours {
             for proposal in neighbour.agreed.values() {
-                let found = self.conflict(plan, &proposal.drones, proposal.from_s.min(at_s));
+                let from_s = proposal.from_s.min(at_s);
+                let found = self.conflict(plan, taken, &proposal.drones, from_s);
                 found.map_or(Ok(()), |it| Err(Refused::NotVerified(it)))?;
             }
             let matters = |name: &String| {
@@ -487,7 +524,21 @@ impl Area {
                 Some(heard_s) if now_s - heard_s <= self.site.silent_s => {
                     asked.insert(area.clone());
                 }
-                Some(_) if neighbour.until_s < now_s => return Err(Refused::Closed(area.clone())),
+                Some(_) if neighbour.until_s < now_s => {
+                    // It is not there to be asked; who goes away from its world may.
+                    let is_taken = took.as_ref().is_some_and(|it| it.0 == *area);
+                    let mut near = changed.iter().filter(|it| matters(it));
+                    let is_nearer = |name: &String| {
+                        let [new, old] = [plan, self.running.plan()].map(|plan| {
+                            let entry = found(plan, name).map(|it| &plan.drones[it]);
+                            entry.and_then(|it| self.off_world_m(it, area, at_s))
+                        });
+                        new.is_some_and(|new| old.is_none_or(|old| new < old - SAME_M))
+                    };
+                    if is_taken || near.any(is_nearer) {
+                        return Err(Refused::Closed(area.clone()));
+                    }
+                }
                 _ => return Err(Refused::Silent(area.clone())),
             }
         }
@@ -538,6 +589,22 @@ impl Area {
     ) -> Result<(Running, Vec<String>), Refused> {
         let told =
             |all: &[Refusal]| Refused::Changes(all.iter().map(|it| it.message.clone()).collect());
+        let is_theirs = |name: &str| {
+            let mut drones = self.running.plan().drones.iter();
+            let known = drones.find(|it| it.name == name && !self.owns(name, None));
+            known.is_some_and(|it| extent(it, at_s).is_some())
+        };
+        let added = changes.iter().filter_map(|it| match it {
+            OneChange::Add(it) => Some(&it.drone),
+            _ => None,
+        });
+        let theirs = added.filter(|it| is_theirs(it));
+        let theirs: Vec<String> = theirs
+            .map(|it| format!("`{it}` is a neighbour's; give the drone that comes another name"))
+            .collect();
+        if !theirs.is_empty() {
+            return Err(Refused::Changes(theirs));
+        }
         let mut candidate = self.running.clone();
         let mut changes = asked(&candidate, at_s, changes).map_err(|it| told(&it))?;
         changes.extend(took.and_then(|(_, offer)| self.taken(offer)));
@@ -579,25 +646,43 @@ impl Area {
         }))
     }
 
-    /// Whether the verifier finds nothing new of own drones.
-    fn is_sound(&self, candidate: &Running, at_s: f64) -> Result<(), Refused> {
+    /// Whether the verifier finds nothing new of own drones, one that is to be taken among them.
+    fn is_sound(&self, candidate: &Running, taken: Option<&str>, at_s: f64) -> Result<(), Refused> {
         let known = &self.running.plan().violations;
-        let is_new =
-            |it: &&Violation| it.matters_from(at_s) && self.is_ours(it) && !known.contains(it);
+        let is_new = |it: &&Violation| {
+            it.matters_from(at_s) && self.is_ours(it, taken) && !known.contains(it)
+        };
         match candidate.plan().violations.iter().find(is_new) {
             Some(it) => Err(Refused::NotVerified(it.to_string())),
             None => Ok(()),
         }
     }
 
-    /// A drone of this planner is in it.
-    fn is_ours(&self, it: &Violation) -> bool {
-        let is_own = |name: &str| !self.theirs.contains_key(name);
+    /// A drone of this planner is in it, or the one that it is to take.
+    fn is_ours(&self, it: &Violation, taken: Option<&str>) -> bool {
+        let is_own = |name: &str| self.owns(name, taken);
         is_own(&it.drone) || it.with.as_deref().is_some_and(is_own)
     }
 
-    /// What the verifier finds between own drones of a plan and what others fly from a time on (s).
-    fn conflict(&self, plan: &Plan, theirs: &[DronePlan], from_s: f64) -> Option<String> {
+    /// A drone was taken from a neighbour that may not know it yet.
+    fn owes(&self, drone: &str, to: &str) -> bool {
+        let owed = (drone.to_owned(), to.to_owned());
+        self.owed.contains_key(&owed)
+    }
+
+    fn owns(&self, drone: &str, taken: Option<&str>) -> bool {
+        taken == Some(drone) || !self.theirs.contains_key(drone)
+    }
+
+    /// What the verifier finds between own drones of a plan, one that is to be taken among them,
+    /// and what others fly from a time on (s).
+    fn conflict(
+        &self,
+        plan: &Plan,
+        taken: Option<&str>,
+        theirs: &[DronePlan],
+        from_s: f64,
+    ) -> Option<String> {
         let extents = theirs.iter().filter_map(|it| extent(it, from_s));
         let near = grown(
             &extents.reduce(|a, b| both(&a, &b))?,
@@ -610,7 +695,7 @@ impl Area {
         let mut rules = self.rules.clone();
         rules.drones = plan.drones.iter().filter(is_near).cloned().collect();
         rules.drones.extend_from_slice(theirs);
-        let is_own = |name: &str| !is_theirs(name) && !self.theirs.contains_key(name);
+        let is_own = |name: &str| !is_theirs(name) && self.owns(name, taken);
         let counts = |it: &Violation| {
             it.matters_from(from_s)
                 && (is_own(&it.drone) || it.with.as_deref().is_some_and(is_own))
@@ -628,6 +713,18 @@ impl Area {
             .is_some_and(|(near, it)| meet(&near, &it))
     }
 
+    /// How far beside a neighbour's world a drone stays from a time on (s), less than 0 within it
+    /// (m); seen from above.
+    fn off_world_m(&self, entry: &DronePlan, neighbour: &str, from_s: f64) -> Option<f64> {
+        let world = self.site.areas.get(neighbour)?;
+        let flown = extent(entry, from_s)?;
+        let beside_m = |k| {
+            let [below_m, above_m] = [world.min[k] - flown.max[k], flown.min[k] - world.max[k]];
+            f64::max(below_m, above_m)
+        };
+        Some(beside_m(0).max(beside_m(1)))
+    }
+
     /// The candidate is the plan now.
     fn flown(
         &mut self,
@@ -639,12 +736,17 @@ impl Area {
         self.revision += 1;
         self.clock_s = self.clock_s.max(at_s);
         self.settled = self.settled.max(number);
+        for change in &changes {
+            if let OneChange::Add(it) = change {
+                self.theirs.remove(&it.drone);
+            }
+        }
         if let Some((from, offer)) = &took {
             self.counts.taken += 1;
             self.theirs.remove(&offer.drone);
             self.offers.retain(|(_, it)| it.drone != offer.drone);
             self.owed
-                .insert(offer.drone.clone(), (from.clone(), number));
+                .insert((offer.drone.clone(), from.clone()), number);
         }
         self.records.push(Record::Changed {
             revision: self.revision,
@@ -681,6 +783,7 @@ impl Area {
             ));
         }
         self.can_be(from, it.takes.as_deref(), &it.drones, it.from_s)?;
+        self.can_fly(now_s, from, &it.drones)?;
         if let Some(known) = self.neighbours.get_mut(from) {
             known.number = it.number;
         }
@@ -716,12 +819,19 @@ impl Area {
         {
             return Some(format!("`{drone}` is not offered"));
         }
+        let own = it.takes.as_deref().filter(|it| self.owns(it, None));
+        if let Some(area) = own.and_then(|it| self.promised(it))
+            && area != from
+        {
+            return Some(format!("`{}` is promised to `{area}`", own?));
+        }
         let from_s = it.from_s - SAME_S;
-        if let Some(found) = self.conflict(self.running.plan(), &it.drones, from_s) {
+        if let Some(found) = self.conflict(self.running.plan(), None, &it.drones, from_s) {
             return Some(found);
         }
         let mine = self.mine.as_ref()?;
-        let found = self.conflict(mine.candidate.plan(), &it.drones, from_s)?;
+        let taken = mine.took.as_ref().map(|(_, offer)| &offer.drone[..]);
+        let found = self.conflict(mine.candidate.plan(), taken, &it.drones, from_s)?;
         // Of two that propose at once the first by name goes first.
         if from < &self.name[..] {
             self.drop_mine();
@@ -745,25 +855,44 @@ impl Area {
                 return Err(format!("it says two things of `{name}`"));
             }
             let known = self.running.plan().drones.iter().find(|it| it.name == name);
-            let Some(known) = known else { continue };
             // What was offered may have been taken, and flown on, while nothing was heard.
-            if self.is_taking(from, name) {
-                continue;
+            let is_known = takes == Some(name) || !self.is_taking(from, name);
+            if let Some(known) = known.filter(|_| is_known) {
+                if takes != Some(name) && (self.owns(name, None) || self.owes(name, from)) {
+                    let owner = self.theirs.get(name).unwrap_or(&self.name);
+                    return Err(format!("`{name}` is of `{owner}`"));
+                }
+                // What is far off may have changed without this planner being told.
+                let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
+                let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
+                if let [Some(a), Some(b)] = places
+                    && extent(known, at_s).is_some()
+                    && is_inside(&near, &a)
+                    && off_m(known, at_s, &b) > JUMP_M
+                {
+                    let off_m = (a - b).norm();
+                    return Err(format!(
+                        "`{name}` is {off_m:.1} m from where it said, at {at_s:.2} s"
+                    ));
+                }
             }
-            if !self.theirs.contains_key(name) && takes != Some(name) {
-                return Err(format!("`{name}` is of `{}`", self.name));
-            }
-            // What is far off may have changed without this planner being told.
-            let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
-            let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
-            if let [Some(a), Some(b)] = places
-                && is_inside(&near, &a)
-                && (a - b).norm() > JUMP_M
-            {
-                let off_m = (a - b).norm();
-                return Err(format!(
-                    "`{name}` is {off_m:.1} m from where it said, at {at_s:.2} s"
-                ));
+        }
+        Ok(())
+    }
+
+    /// Whether drones move, since their planner was heard, as their airframes can.
+    fn can_fly(&self, now_s: f64, from: &str, drones: &[DronePlan]) -> Result<(), String> {
+        let since_s = self.neighbours[from].heard_s.unwrap_or(now_s);
+        let is_too_fast = |it: &Violation| {
+            let kinds = [ViolationKind::Jump, ViolationKind::Speed];
+            kinds.contains(&it.kind) && it.matters_from(since_s)
+        };
+        for entry in drones {
+            let mut alone = self.rules.clone();
+            alone.drones = vec![entry.clone()];
+            let mut found = planner::verify(&alone).violations.into_iter();
+            if let Some(it) = found.find(is_too_fast) {
+                return Err(it.to_string());
             }
         }
         Ok(())
@@ -774,6 +903,18 @@ impl Area {
         let is_offered = self.offered.get(drone).is_some_and(|(to, _)| to == from);
         let mut agreed = self.neighbours[from].agreed.values();
         is_offered || agreed.any(|it| it.takes.as_deref() == Some(drone))
+    }
+
+    /// The neighbour that may take a drone by a proposal that was agreed to.
+    fn promised(&self, drone: &str) -> Option<&str> {
+        let takes = |it: &Neighbour| {
+            let mut agreed = it.agreed.values();
+            agreed.any(|it| it.takes.as_deref() == Some(drone))
+        };
+        let mut neighbours = self.neighbours.iter();
+        neighbours
+            .find(|(_, it)| takes(it))
+            .map(|(name, _)| &name[..])
     }
 
     fn hear_vote(&mut self, now_s: f64, from: &str, vote: &Vote) -> Result<(), String> {
@@ -808,7 +949,7 @@ impl Area {
         Ok(())
     }
 
-    fn hear_settled(&mut self, from: &str, settled: Settled) -> Result<(), String> {
+    fn hear_settled(&mut self, now_s: f64, from: &str, settled: Settled) -> Result<(), String> {
         let Settled { number, is_flown } = settled;
         let neighbour = &self.neighbours[from];
         let agreed = neighbour.agreed.get(&number).cloned();
@@ -825,22 +966,23 @@ impl Area {
                 if let Some(it) = self.neighbours.get_mut(from) {
                     it.revision = it.revision.max(proposal.revision);
                 }
-                self.noted(from, number, &proposal.drones)
+                self.noted(now_s, (from, number), &proposal.drones)
             }
         }
     }
 
-    fn hear_fact(&mut self, from: &str, fact: &Fact) -> Result<(), String> {
+    fn hear_fact(&mut self, now_s: f64, from: &str, fact: &Fact) -> Result<(), String> {
         let known = self.neighbours[from].revision;
         if fact.revision <= known {
             return Err(format!("revision {} after revision {known}", fact.revision));
         }
-        self.can_be(from, None, &fact.drones, self.clock_s)?;
+        self.can_be(from, None, &fact.drones, now_s)?;
+        self.can_fly(now_s, from, &fact.drones)?;
         if let Some(it) = self.neighbours.get_mut(from) {
             it.revision = fact.revision;
         }
         let settled = self.neighbours[from].settled;
-        self.noted(from, settled, &fact.drones)
+        self.noted(now_s, (from, settled), &fact.drones)
     }
 
     fn hear_border(&mut self, now_s: f64, from: &str, border: &Border) -> Result<(), String> {
@@ -851,11 +993,15 @@ impl Area {
                 border.revision, known.revision
             ));
         }
+        if self.forget_owed(from, border.heard) {
+            self.records.push(Record::Knows {
+                from: from.to_owned(),
+                number: border.heard,
+            });
+        }
+        let known = &self.neighbours[from];
         // Of what was taken from it, it may not know yet.
-        let was_its = |it: &&DronePlan| {
-            let owed = self.owed.get(&it.name);
-            owed.is_none_or(|(to, number)| to != from || *number <= border.heard)
-        };
+        let was_its = |it: &&DronePlan| !self.owes(&it.name, from);
         // Of what a third has taken near here, it may not know yet either: this planner was asked.
         let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
         let is_near = |name: &str| {
@@ -863,9 +1009,13 @@ impl Area {
             let flown = known.and_then(|it| extent(it, now_s));
             flown.is_some_and(|it| meet(&near, &it))
         };
+        let was_agreed = |drone: &str| {
+            let mut settled = known.agreed.range(..=border.settled);
+            settled.any(|(_, it)| it.takes.as_deref() == Some(drone))
+        };
         let is_thirds = |it: &DronePlan| {
             let owner = self.theirs.get(&it.name);
-            owner.is_some_and(|owner| owner != from) && is_near(&it.name)
+            owner.is_some_and(|owner| owner != from) && is_near(&it.name) && !was_agreed(&it.name)
         };
         let said = border
             .drones
@@ -888,6 +1038,20 @@ impl Area {
                 border.revision
             ));
         }
+        self.can_fly(now_s, from, &other)?;
+        // What it would say here if it flew it still is not there any more. What a neighbour may
+        // have taken is said by that one.
+        let is_left_out = |it: &&DronePlan| {
+            self.theirs.get(&it.name).is_some_and(|it| it == from)
+                && self.matters(it, &self.name, border.at_s)
+                && !border.drones.iter().any(|said| said.name == it.name)
+                && self.promised(&it.name).is_none()
+        };
+        let left_out = plan.drones.iter().filter(is_left_out);
+        let other: Vec<DronePlan> = left_out
+            .map(|it| gone(it, border.at_s.min(now_s)))
+            .chain(other)
+            .collect();
         let open: Vec<u64> = known.agreed.keys().copied().collect();
         let open = open.into_iter().filter(|it| *it <= border.settled);
         for number in open.collect::<Vec<u64>>() {
@@ -900,8 +1064,6 @@ impl Area {
             it.settled = it.settled.max(border.settled);
             it.number = it.number.max(border.settled);
         }
-        self.owed
-            .retain(|_, (to, number)| to != from || *number > border.heard);
         let is_offered = |it: &Offer| border.offers.iter().any(|offer| offer == it);
         self.offers.retain(|(of, it)| of != from || is_offered(it));
         for offer in &border.offers {
@@ -912,25 +1074,30 @@ impl Area {
         if other.is_empty() {
             return Ok(());
         }
-        self.noted(from, border.settled, &other)
+        self.noted(now_s, (from, border.settled), &other)
     }
 
     /// A neighbour's drones fly something else; own ones give way where they must.
-    fn noted(&mut self, from: &str, number: u64, drones: &[DronePlan]) -> Result<(), String> {
+    fn noted(
+        &mut self,
+        now_s: f64,
+        (from, number): (&str, u64),
+        drones: &[DronePlan],
+    ) -> Result<(), String> {
         // What is proposed was not planned around them.
         self.drop_mine();
-        let at_s = self.clock_s;
-        let before = self.running.clone();
+        let at_s = now_s.max(self.clock_s);
+        let (before, revision) = (self.running.clone(), self.revision);
         self.note(at_s, (from, number), drones, false)?;
         let known = &before.plan().violations;
         let violations = self.running.plan().violations.iter();
         let is_new =
-            |it: &Violation| it.matters_from(at_s) && self.is_ours(it) && !known.contains(it);
+            |it: &Violation| it.matters_from(at_s) && self.is_ours(it, None) && !known.contains(it);
         if !{ violations }.any(is_new) {
             return Ok(());
         }
         self.records.pop();
-        self.running = before.clone();
+        (self.running, self.revision) = (before.clone(), revision);
         self.note(at_s, (from, number), drones, true)?;
         self.counts.gave_way += 1;
         let old = |name: &str| before.plan().drones.iter().find(|it| it.name == name);
@@ -958,14 +1125,19 @@ impl Area {
             let changes: Vec<Change> = drones.iter().map(fixed).collect();
             let told = self.running.replan(at_s, &changes, &Control::QUIET);
             told.map_err(wrong)?;
-            self.revision += 1;
         } else {
             self.running.note(at_s, drones).map_err(wrong)?;
         }
+        self.clock_s = self.clock_s.max(at_s);
         for entry in drones {
             self.theirs.insert(entry.name.clone(), from.to_owned());
             self.offered.remove(&entry.name);
-            self.owed.remove(&entry.name);
+            self.owed.remove(&(entry.name.clone(), from.to_owned()));
+        }
+        // What is said of drones that have gone on has changed, too.
+        let is_owed = |(drone, _): &(String, String)| drones.iter().any(|it| it.name == *drone);
+        if gave_way || self.owed.keys().any(is_owed) {
+            self.revision += 1;
         }
         self.forget_agreed(from, number);
         self.records.push(Record::Noted {
@@ -984,6 +1156,14 @@ impl Area {
             from: from.to_owned(),
             number,
         });
+    }
+
+    /// A neighbour knows what was taken from it, up to a proposal; whether that is news.
+    fn forget_owed(&mut self, from: &str, number: u64) -> bool {
+        let count = self.owed.len();
+        self.owed
+            .retain(|(_, to), taken| to != from || *taken > number);
+        self.owed.len() < count
     }
 
     fn forget_agreed(&mut self, from: &str, number: u64) {
@@ -1053,10 +1233,19 @@ impl Area {
 fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     let ends = |it: &DronePlan| {
         (
-            it.at_end,
+            (it.air_limit, it.at_end),
             it.airborne_s.1,
             it.trajectory.position_m.last().copied(),
         )
+    };
+    let masses_kg = |it: &DronePlan| {
+        let first = it.trajectory.point_at(from_s).unwrap_or(0);
+        let masses_kg = it.trajectory.mass_kg.iter().skip(first);
+        masses_kg.copied().collect::<Vec<f64>>()
+    };
+    let weigh_the_same = || {
+        let [a, b] = [a, b].map(masses_kg);
+        a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() < SAME_KG)
     };
     let is_there = |it: &DronePlan| {
         let times_s = it.trajectory.t_s.iter().copied();
@@ -1065,12 +1254,57 @@ fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     let (times_s, places) = (is_there(a), |it: &DronePlan, t_s| {
         it.trajectory.position_m(t_s)
     });
-    ends(a) == ends(b) && times_s == is_there(b) && { times_s.iter().copied() }.all(|t_s| {
-        match (places(a, t_s), places(b, t_s)) {
+    a.airframe == b.airframe
+        && ends(a) == ends(b)
+        && weigh_the_same()
+        && times_s == is_there(b)
+        && { times_s.iter().copied() }.all(|t_s| match (places(a, t_s), places(b, t_s)) {
             (Some(a), Some(b)) => (a - b).norm() < SAME_M,
             _ => false,
+        })
+}
+
+/// What has been flown up to a time (s) by a drone that is not there any more.
+fn gone(entry: &DronePlan, at_s: f64) -> DronePlan {
+    let mut entry = entry.clone();
+    let flown = &mut entry.trajectory;
+    // One that has not come yet does not stay.
+    let at_s = flown.t_s.first().map_or(at_s, |it| it.max(at_s));
+    if let Some((last, place_m)) = flown.point_at(at_s).zip(flown.position_m(at_s)) {
+        flown.t_s.truncate(last + 1);
+        flown.position_m.truncate(last + 1);
+        flown.mass_kg.truncate(last + 1);
+        flown.t_s.push(at_s);
+        flown.position_m.push(place_m);
+        flown.mass_kg.extend(flown.mass_kg.last().copied());
+        if flown.is_smooth() {
+            flown.control_m.truncate(last);
+            flown.control_m.resize(last + 1, Vec::new());
         }
-    })
+    }
+    let (from_s, until_s) = entry.airborne_s;
+    let until_s = until_s.unwrap_or(at_s).min(at_s);
+    entry.airborne_s = (from_s.min(until_s), Some(until_s));
+    entry.at_end = AtEnd::Leave;
+    entry
+}
+
+/// How far a place is from where a drone was up to a time (s), which is where it may be that is
+/// late (m).
+fn off_m(entry: &DronePlan, until_s: f64, at_m: &Point3<f64>) -> f64 {
+    let flown = &entry.trajectory;
+    let points = flown.t_s.iter().zip(&flown.position_m);
+    let points = points.take_while(|(t_s, _)| **t_s <= until_s);
+    let last_m = flown.position_m(until_s);
+    let points: Vec<Point3<f64>> = points.map(|(_, it)| *it).chain(last_m).collect();
+    let from_piece_m = |ends: &[Point3<f64>]| {
+        let (way, to) = (ends[1] - ends[0], at_m - ends[0]);
+        let share = to.dot(&way) / way.norm_squared().max(SAME_M * SAME_M);
+        (to - way * share.clamp(0.0, 1.0)).norm()
+    };
+    let first_m = points.first().map(|it| (at_m - it).norm());
+    let pieces_m = points.windows(2).map(from_piece_m);
+    pieces_m.chain(first_m).fold(f64::INFINITY, f64::min)
 }
 
 /// Where a drone is from a time on (s).

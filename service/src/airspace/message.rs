@@ -57,7 +57,8 @@ pub struct Border {
     pub settled: u64,
     /// The number of the receiver's last proposal that it knows to be settled.
     pub heard: u64,
-    /// What comes near the receiver's world, or was taken from it.
+    /// What comes near the receiver's world, or was taken from it: what would and is not among them
+    /// is not there any more.
     pub drones: Vec<DronePlan>,
     /// Drones that hover, or will, in the strip that both worlds share, for the receiver to take:
     /// all of them, until they are taken.

@@ -3,6 +3,8 @@
     reason = "a test that cannot go on should say where"
 )]
 
+mod heard;
+
 use std::collections::BTreeMap;
 
 use planner::plan::{AtEnd, Bounds, DronePlan};
@@ -24,7 +26,7 @@ struct Planner {
 }
 
 fn area(grid: &Grid, site: &Site, name: &str) -> Area {
-    let world = planner::read_world(&grid.scenario(name)).unwrap();
+    let world = planner::read_world(&grid.scenario(name).unwrap()).unwrap();
     let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
     let plan = outcome.into_planned().unwrap().plan;
     assert_eq!(plan.violations, []);
@@ -144,6 +146,19 @@ const SMALL: Grid = Grid {
     drones: 2,
     seed: 1,
 };
+
+#[test]
+fn an_area_that_has_no_room_for_its_drones_is_refused() {
+    let full = Grid {
+        drones: 20,
+        ..SMALL
+    };
+    assert!(
+        full.scenario("a0-0")
+            .is_err_and(|it| it.contains("20 drones"))
+    );
+    assert!(SMALL.scenario("a0-0").is_ok());
+}
 
 #[test]
 fn drones_change_hands_between_four_areas_and_all_plans_together_stay_sound() {

@@ -18,6 +18,8 @@ const HEIGHT_M: f64 = 6.0;
 const REACH_M: f64 = 3.0;
 /// Tries to find a free place.
 const TRIES: usize = 20;
+/// Tries to find one for a drone at the beginning. Chosen here: an area that is so full is no site.
+const MOST_TRIES: usize = 10_000;
 
 /// A site of square areas side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +73,10 @@ impl Grid {
     }
 
     /// An area's scenario: its drones hover where they are.
-    pub fn scenario(&self, area: &str) -> String {
+    ///
+    /// # Errors
+    /// The area has no room for so many.
+    pub fn scenario(&self, area: &str) -> Result<String, String> {
         let at = self.at(area);
         let (core, world) = (self.bounds_m(at, 0), self.bounds_m(at, self.strip_m));
         let (min, max) = (world.min, world.max);
@@ -81,7 +86,15 @@ impl Grid {
             min.x, min.y, max.x, max.y
         );
         let mut taken: Vec<Point3<f64>> = Vec::new();
+        let mut tries = 0;
         while taken.len() < self.drones {
+            if tries == MOST_TRIES {
+                let Grid { drones, side_m, .. } = self;
+                return Err(format!(
+                    "`{area}`: {drones} drones do not hover 2 m apart in an area of {side_m} m, less 3 m on each side"
+                ));
+            }
+            tries += 1;
             let place_m = draws.place(&core, 3.0);
             if taken
                 .iter()
@@ -95,9 +108,10 @@ impl Grid {
                     place_m.x, place_m.y, place_m.z
                 );
                 taken.push(place_m);
+                tries = 0;
             }
         }
-        text + "])\n"
+        Ok(text + "])\n")
     }
 
     fn at(&self, area: &str) -> [usize; 2] {

@@ -338,9 +338,10 @@ impl Life {
         let told = answer.error.as_ref().map(|it| it.code);
         tally.faults += 1;
         if told != Some(code) || self.service.revision() != Some(self.revision) {
+            let told = told.map_or("taken".to_owned(), |it| format!("refused as {}", it.name()));
             tally
                 .faults_taken
-                .push(format!("{line}: {told:?} in place of {code:?}"));
+                .push(format!("{told}, not refused as {}: {line}", code.name()));
         }
     }
 

@@ -228,7 +228,7 @@ impl Tally {
                 self.faults - self.faults_taken.len()
             ),
         ];
-        lines.extend(self.faults_taken.iter().map(|it| format!("  taken: {it}")));
+        lines.extend(self.faults_taken.iter().map(|it| format!("  {it}")));
         lines.extend(self.why.iter().take(MOST_TOLD).map(|it| format!("  {it}")));
         lines.push("  at (s)  drones  break points  memory (MiB)  violations".to_owned());
         for it in &self.looks {

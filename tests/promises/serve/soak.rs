@@ -9,6 +9,17 @@ const SHORT: (usize, usize, usize) = (16, 1, 2);
 const LONG: (usize, usize, usize) = (120, 5, 5);
 
 #[test]
+fn requests_are_a_day_apart_at_most() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, _, said) = crate::run(folder.path(), "soak --interval 100000");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("must be above 0 and at most 86400 s"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_fleet_that_lives_for_a_while_is_planned_soundly_and_replays_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let (drones, minutes, rate) = samples(SHORT, LONG);

@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Broken> {
     if !site.areas.contains_key(name) {
         return Err(format!("no area is called `{name}`").into());
     }
-    let world = planner::read_world(&grid.scenario(name)).map_err(|it| it.to_string())?;
+    let world = planner::read_world(&grid.scenario(name)?).map_err(|it| it.to_string())?;
     let outcome = planner::plan_world(&world, &Control::QUIET)?;
     let plan = outcome.into_planned().ok_or("no plan is safe")?.plan;
     let mut area = Area::new(site, name, world, plan)?;

@@ -23,7 +23,7 @@ enum Command {
     /// Plan one area until the time is over
     Area(area::Arguments),
     /// Run all areas of a site, each in a process; exit code 1 where the plans together are not
-    /// sound
+    /// sound, or a drone is of two planners, or of none, for longer than it takes to change hands
     Soak(soak::Arguments),
 }
 

@@ -22,13 +22,16 @@ use super::{Broken, Place};
 const STARTS_S: f64 = 4.0;
 /// How long a killed planner is away, and one is cut off by default (s).
 const AWAY_S: f64 = 4.0;
+/// How long two planners may answer for a drone that changes hands, or none (s): until the next
+/// borders have made good what was lost. Longer by as long as one is away or cut off. Chosen here.
+const CHANGES_HANDS_S: f64 = 5.0;
 
 #[derive(Args, Debug)]
 pub(super) struct Arguments {
     #[command(flatten)]
     place: Place,
     /// How long (s)
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 60.0, value_parser = above_0)]
     seconds: f64,
     /// Kill one planner at a quarter of the time, and start it again 4 s later
     #[arg(long)]
@@ -40,8 +43,16 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "out/airspace")]
     out: PathBuf,
     /// How often all plans together are judged (s)
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = above_0)]
     every: f64,
+}
+
+fn above_0(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number")?;
+    match value.is_finite() && value > 0.0 {
+        true => Ok(value),
+        false => Err("must be above 0".to_owned()),
+    }
 }
 
 /// A process of one area, and how to start it again.
@@ -76,6 +87,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
     let grid = arguments.place.grid();
     let site = grid.site(arguments.place.lead);
     let names: Vec<String> = site.areas.keys().cloned().collect();
+    for name in &names {
+        grid.scenario(name)?;
+    }
     fs::create_dir_all(&arguments.out)?;
     for entry in fs::read_dir(&arguments.out)? {
         let path = entry?.path();
@@ -174,7 +188,7 @@ fn started(arguments: &Arguments, name: &str, words: Vec<String>) -> Result<Runn
 /// A plan of the whole site without drones.
 fn rules(arguments: &Arguments) -> Result<Plan, Broken> {
     let grid = arguments.place.grid();
-    let world = planner::read_world(&grid.scenario("a0-0")).map_err(|it| it.to_string())?;
+    let world = planner::read_world(&grid.scenario("a0-0")?).map_err(|it| it.to_string())?;
     let outcome = planner::plan_world(&world, &planner::Control::QUIET)?;
     let plan = outcome.into_planned().ok_or("no plan is safe")?.plan;
     Ok(Plan {
@@ -186,10 +200,57 @@ fn rules(arguments: &Arguments) -> Result<Plan, Broken> {
     })
 }
 
-/// What the verifier finds in all plans together.
+/// By how many planners each drone is answered for.
+#[derive(Default)]
+struct Answers {
+    /// Every drone that there was; since when not one planner answers for it (s).
+    seen: BTreeMap<String, Option<f64>>,
+    /// Those that more than one answers for, since when (s).
+    doubled: BTreeMap<String, f64>,
+}
+
+impl Answers {
+    /// What is told of a moment, given the drones of each planner: those that are doubled or missing
+    /// for longer than it may be (s).
+    fn look<'a>(
+        &mut self,
+        at_s: f64,
+        most_s: f64,
+        own: impl Iterator<Item = &'a BTreeSet<String>>,
+    ) -> Vec<String> {
+        let mut counts: BTreeMap<&String, usize> = BTreeMap::new();
+        for name in own.flatten() {
+            *counts.entry(name).or_default() += 1;
+        }
+        let is_doubled = |name: &String| counts.get(name).is_some_and(|it| *it > 1);
+        self.doubled.retain(|name, _| is_doubled(name));
+        for name in counts.keys() {
+            self.seen.insert((*name).clone(), None);
+            if is_doubled(name) {
+                self.doubled.entry((*name).clone()).or_insert(at_s);
+            }
+        }
+        for (name, missing_s) in &mut self.seen {
+            if !counts.contains_key(name) {
+                missing_s.get_or_insert(at_s);
+            }
+        }
+        let is_long = |since_s: f64| at_s - since_s > most_s;
+        let doubled = self.doubled.iter().filter(|(_, it)| is_long(**it));
+        let doubled = doubled.map(|(it, _)| format!("`{it}` is of more than one planner"));
+        let missing = self.seen.iter().filter(|(_, it)| it.is_some_and(is_long));
+        let missing = missing.map(|(it, _)| format!("`{it}` is of no planner"));
+        let told = doubled.chain(missing);
+        told.map(|it| format!("at {at_s:.1} s: {it}")).collect()
+    }
+}
+
+/// What is found in all plans together.
 #[derive(Default)]
 struct Found {
     violations: Vec<String>,
+    /// Drones that more than one planner answers for, or not one, for too long.
+    wrong_owners: Vec<String>,
     judged: usize,
     most_drones: usize,
     fewest_drones: usize,
@@ -221,6 +282,9 @@ fn judged(
     };
     let mut at_s = arguments.every;
     let mut last = None;
+    let mut answers = Answers::default();
+    let away_s = if arguments.kill { AWAY_S } else { 0.0 };
+    let most_s = CHANGES_HANDS_S + away_s + arguments.cut.unwrap_or(0.0);
     while at_s <= arguments.seconds {
         while let Some((area, it)) = events.next_if(|(_, it)| it.at_s <= at_s) {
             let (own, known) = now.entry(area).or_default();
@@ -228,6 +292,8 @@ fn judged(
             known.extend(it.changed.into_iter().map(|it| (it.name.clone(), it)));
             known.retain(|name, _| own.contains(name));
         }
+        let own = now.values().map(|(own, _)| own);
+        found.wrong_owners.extend(answers.look(at_s, most_s, own));
         // Of a drone that two answer for, as who took it has it.
         let mut drones: BTreeMap<&str, &DronePlan> = BTreeMap::new();
         for it in now.values().flat_map(|(_, known)| known.values()) {
@@ -326,7 +392,14 @@ fn told(arguments: &Arguments, counted: &[(String, Counted)], found: &Found) -> 
     for it in found.violations.iter().take(20) {
         println!("  {it}");
     }
-    found.violations.is_empty()
+    println!(
+        "drones of more than one planner, or of none, for too long: {}",
+        found.wrong_owners.len()
+    );
+    for it in found.wrong_owners.iter().take(20) {
+        println!("  {it}");
+    }
+    found.violations.is_empty() && found.wrong_owners.is_empty()
 }
 
 #[cfg(test)]
@@ -334,6 +407,31 @@ mod tests {
     use std::os::fd::AsFd as _;
 
     use super::*;
+
+    #[test]
+    fn a_drone_of_two_planners_or_of_none_is_told_where_that_lasts() {
+        let own = |names: [&str; 2]| names.map(|it| BTreeSet::from([it.to_owned()]));
+        let mut answers = Answers::default();
+        let mut look =
+            |at_s: f64, names: [&str; 2]| answers.look(at_s, CHANGES_HANDS_S, own(names).iter());
+        for (at_s, names) in [(1.0, ["a", "b"]), (2.0, ["a", "a"]), (7.0, ["a", "a"])] {
+            assert_eq!(look(at_s, names), [""; 0]);
+        }
+        let told = [
+            "at 7.5 s: `a` is of more than one planner",
+            "at 7.5 s: `b` is of no planner",
+        ];
+        assert_eq!(look(7.5, ["a", "a"]), told);
+        assert_eq!(look(8.0, ["b", "a"]), [""; 0]);
+    }
+
+    #[test]
+    fn times_between_two_looks_are_above_0() {
+        for wrong in ["0", "-1", "inf", "NaN", "x"] {
+            assert!(above_0(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(above_0("0.5"), Ok(0.5));
+    }
 
     #[test]
     fn a_planner_ends_with_the_command_that_started_it() {
