@@ -46,6 +46,7 @@ fn world(drones: Vec<Drone>) -> World {
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,
+        formations: Vec::new(),
         origin: None,
         notes: Vec::new(),
         planning: Planning {

@@ -131,14 +131,14 @@ fn round<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<Round>>
 }
 
 /// The scenario with the goals of its formations among the tasks of its drones, and what is wrong
-/// with the formations; those without a place for each drone are left out. `place`: its world
-/// before there are drones.
+/// with the formations; those without a place for each drone are left out. Between them as
+/// [`World::formations`]. `place`: its world before there are drones.
 pub(super) fn assigned<'w>(
     written: &'w Written,
     place: &World,
-) -> (Cow<'w, Written>, Vec<Problem>) {
+) -> (Cow<'w, Written>, TasksOf, Vec<Problem>) {
     if written.formations.is_empty() {
-        return (Cow::Borrowed(written), Vec::new());
+        return (Cow::Borrowed(written), Vec::new(), Vec::new());
     }
     let members = written
         .drones
@@ -148,6 +148,7 @@ pub(super) fn assigned<'w>(
         place,
         members: members.collect(),
         with_tasks: written.clone(),
+        tasks: Vec::new(),
         problems: Vec::new(),
     };
     let mut later = written.formations.as_slice();
@@ -156,8 +157,17 @@ pub(super) fn assigned<'w>(
         assignment.add(formation, rest, &who);
         later = rest;
     }
-    (Cow::Owned(assignment.with_tasks), assignment.problems)
+    let Assignment {
+        with_tasks,
+        tasks,
+        problems,
+        ..
+    } = assignment;
+    (Cow::Owned(with_tasks), tasks, problems)
 }
+
+/// The tasks of each formation, as [`World::formations`].
+type TasksOf = Vec<Vec<(String, usize)>>;
 
 /// A drone as far as formations know it.
 struct Member {
@@ -237,6 +247,8 @@ struct Assignment<'p> {
     members: Vec<Member>,
     /// With the tasks of formations.
     with_tasks: Written,
+    /// Which those are.
+    tasks: TasksOf,
     /// What is wrong with formations.
     problems: Vec<Problem>,
 }
@@ -277,6 +289,11 @@ impl Assignment<'_> {
         };
         if is_sound {
             self.are_in_time(formation, (&group, &taken), &places, who);
+        }
+        if formation.home_m.is_none() {
+            let drones = group.iter().map(|&drone| &self.with_tasks.drones[drone]);
+            let tasks = drones.map(|drone| (drone.name.clone(), drone.tasks.len()));
+            self.tasks.push(tasks.collect());
         }
         let after_s = self.landing_s(&group, &places, &layers);
         for ((&drone, place), layer) in group.iter().zip(taken).zip(layers) {
@@ -691,7 +708,7 @@ impl Assignment<'_> {
 }
 
 /// The place of each drone, by what each costs at each (rows are drones), so that the sum is least.
-fn least_cost(costs: &[Vec<i64>]) -> Vec<usize> {
+pub(super) fn least_cost(costs: &[Vec<i64>]) -> Vec<usize> {
     // Rows are as long as there are rows.
     match Matrix::from_rows(costs.iter().cloned()) {
         Ok(matrix) if !costs.is_empty() => kuhn_munkres_min(&matrix).1,

@@ -88,6 +88,7 @@ pub(super) fn world(
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
         drones: Vec::new(),
+        formations: Vec::new(),
         planning: Planning {
             cell_m: planning.cell_m.unwrap_or_default(),
             clearance_m: planning.clearance_m,
@@ -105,7 +106,8 @@ pub(super) fn world(
         },
         notes: Vec::new(),
     };
-    let (with_formations, of_formations) = formations::assigned(written, &world);
+    let assigned = formations::assigned(written, &world);
+    let (with_formations, formations, of_formations) = assigned;
     meaning.written = &with_formations;
     let (sound, unsound): (Vec<_>, Vec<_>) =
         meaning.drones().into_iter().partition(|it| it.is_sound);
@@ -116,7 +118,7 @@ pub(super) fn world(
         notes,
         ..
     } = meaning;
-    (world.drones, world.notes) = (drones, notes);
+    (world.drones, world.formations, world.notes) = (drones, formations, notes);
     if let Some(citation) = &citation {
         problems.extend(unfit(&world, &world.drones).into_iter().map(|why| {
             let problem = citation.problem("the finding does not fit this fleet".to_owned());
