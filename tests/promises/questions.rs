@@ -421,7 +421,7 @@ fn no_zone_is_told_to_be_a_drone_that_another_waits_for() {
     let (_, told, errors) = run(folder, line);
     let said = "waits so that the air in zone `desk` keeps its limit";
     assert!(
-        told.contains(said) && told.contains("in zone `desk` from"),
+        told.contains(said) && told.contains("the air in zone `desk` is over 3.00 m/s from"),
         "{told}{errors}"
     );
     let (_, told, _) = run(folder, &format!("{line} --format json"));
