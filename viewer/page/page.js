@@ -403,7 +403,7 @@ const project = at => {
 };
 const label = () => {
   const box = $('labels'), wanted = [], origin = $('view').getBoundingClientRect();
-  for (const zone of data.zones) wanted.push([zone.name, [(zone.min_m[0] + zone.max_m[0]) / 2, (zone.min_m[1] + zone.max_m[1]) / 2, zone.max_m[2]], 'zone']);
+  for (const zone of data.zones) wanted.push([zone.name + (zone.keep_out ? ': no body may enter' : ''), [(zone.min_m[0] + zone.max_m[0]) / 2, (zone.min_m[1] + zone.max_m[1]) / 2, zone.max_m[2]], 'zone']);
   const sources = chosen ? meetsAt(chosen, now).map(it => data.drones[it[2]]) : [];
   for (const drone of data.drones) if (isThere(drone, now) && (drone === chosen || sources.includes(drone) || (showNames && fleet <= MANY))) {
     locate(drone, now, spot);
