@@ -165,6 +165,20 @@ fn the_air_of_a_drone_is_quiet_where_it_is_said_to_be() {
     );
 }
 
+#[test]
+fn a_width_factor_that_is_chosen_is_told_wherever_its_jet_is() {
+    let desk = tempfile::tempdir().unwrap();
+    let told = |line: &str| {
+        let (_, told, _) = run(desk.path(), line);
+        told.matches("is chosen, not measured").count()
+    };
+    assert_eq!(told("air kolibri"), 0);
+    assert_eq!(told("air mavic-3e"), 1);
+    assert_eq!(told("separation kolibri --under elios-3"), 1);
+    assert_eq!(told("separation elios-3 --under elios-3"), 1);
+    assert_eq!(told("separation elios-3 --under mavic-3e"), 2);
+}
+
 /// Two drones cross; the second waits 2 s before it goes on, or it would touch the first.
 fn crossing(waits_s: f64) -> String {
     let drone = |name: &str, trajectory: Value| serde_json::json!({"name": name, "airframe": "kolibri", "trajectory": trajectory});

@@ -428,11 +428,8 @@ impl<'w> Meaning<'w> {
                 "airframe `{name}` of this scenario replaces the preset of that name"
             ));
         }
-        if !own && airframe.fit_excludes() {
-            self.notes.push(format!(
-                "the jet's fit excludes {name}; its width factor {} is chosen, not measured",
-                airframe.width_factor()
-            ));
+        if !own {
+            self.notes.extend(airframe.fit_note());
         }
         if !airframe.has_near_field_model() {
             self.notes.push(format!(
