@@ -572,6 +572,10 @@ fn a_sweep_plans_each_value_as_a_scenario_of_its_own_would_be() {
             "error: --set planning.air_limit=-1,400: ",
         ),
         ("sweep two.ron --set air_limit=1", "SECTION.KEY"),
+        (
+            "sweep two.ron --set planning.seed=9007199254740993",
+            "`9007199254740993` is too large",
+        ),
     ] {
         let (code, _, errors) = run(folder, line);
         assert_eq!(code, Some(2), "{line}: {errors}");
