@@ -227,6 +227,17 @@ impl Airframe {
         self.width_factor != 1.0
     }
 
+    /// What to tell of an airframe that the paper's fit leaves out; `None` of the others.
+    #[must_use]
+    pub fn fit_note(&self) -> Option<String> {
+        let (name, factor) = (self.name(), self.width_factor);
+        self.fit_excludes().then(|| {
+            format!(
+                "the jet's fit excludes {name}; its width factor {factor} is chosen, not measured"
+            )
+        })
+    }
+
     /// Whether the four-rotor near field describes it. Other rotor counts get the far-field profile
     /// of 2.5 l held up to the rotor plane (see [`crate::Wake`]).
     #[must_use]

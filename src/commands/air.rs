@@ -198,12 +198,14 @@ fn report(found: &AirAnswer, wake: &Wake) -> Report {
     let headings = format!(
         "below (m)|on the axis (m/s)|half-width (m)|less than {limit_mps} m/s beside (m)|arrives after (s)|at the latest (s)"
     );
-    report.section("Down the axis", vec![
-        Part::table("rrrrrr", &headings, rows),
+    let mut down = vec![Part::table("rrrrrr", &headings, rows)];
+    down.extend(wake.airframe().fit_note().map(Part::line));
+    down.push(
         Part::line(format!(
             "The near field, down to {depth_m:.2} m and {radius_m:.2} m around the axis, is four jets that merge. Mean axial speed in still air, without floor or walls; gusts of about a quarter of the centreline's speed come on top. On a floor the air turns outwards: docs/limits.md."
         )),
-    ]);
+    );
+    report.section("Down the axis", down);
     let deep_m = (1.1 * quiet.below_m).clamp(4.0 * depth_m, 30.0 * found.motor_distance_m);
     let wide_m = 2.0 * (quiet.beside_m.max(radius_m)).min(deep_m / 2.0);
     let rim = (0..=STEPS).map(|k| deep_m * (k as f64 + 0.02) / STEPS as f64);

@@ -268,6 +268,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(good(&compared.a) && good(&compared.b)))
 }
 
+/// How much more the second is, of the first's size (percent); of nothing there is no part.
+fn percent([a, b]: [f64; 2]) -> Option<f64> {
+    (a != 0.0).then(|| 100.0 * (b - a) / a.abs())
+}
+
 fn report(arguments: &Arguments, compared: &Compared) -> Report {
     let (a, b) = (&compared.a, &compared.b);
     let mut report = Report::new(
@@ -289,10 +294,7 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
         let told = |it: Option<f64>| it.map_or("-".to_owned(), figure);
         let (in_a, in_b) = (of(a), of(b));
         let change = in_a.zip(in_b).filter(|(a, b)| a != b).map(|(a, b)| {
-            let part = match a != 0.0 {
-                true => format!(" ({:+.1} %)", 100.0 * (b / a - 1.0)),
-                false => String::new(),
-            };
+            let part = percent([a, b]).map_or(String::new(), |it| format!(" ({it:+.1} %)"));
             let sign = if b > a { "+" } else { "" };
             format!("{sign}{}{part}", figure(b - a))
         });
@@ -390,4 +392,17 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
     );
     report.section("", figure.into_iter().map(Part::Figure).collect());
     report
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_is_more_whatever_the_sign_of_the_first() {
+        assert_eq!(percent([-2.0, -1.0]), Some(50.0));
+        assert_eq!(percent([-2.0, 3.0]), Some(250.0));
+        assert_eq!(percent([2.0, 1.0]), Some(-50.0));
+        assert_eq!(percent([0.0, 1.0]), None);
+    }
 }

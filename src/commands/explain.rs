@@ -72,7 +72,8 @@ struct Explained {
     #[serde(skip_serializing_if = "Option::is_none")]
     span_s: Option<(f64, f64)>,
     /// Of a wait, how much later the drone is for it (s): its part of the drone's `waits_s`, and by
-    /// how much earlier it is in `otherwise`.
+    /// how much earlier it is in `otherwise`. 0: it is no earlier at its goal, for it stays at an
+    /// appointment on the way, or is done; in `otherwise` it does not wait at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs_s: Option<f64>,
     /// What the drone waits in all, as in plan.json (s).
@@ -216,13 +217,14 @@ fn is_there(plan: &Plan, drone: &DronePlan, at_s: f64) -> bool {
 }
 
 /// How much earlier all that follows is, had a drone gone on at once (s): what the wait costs it,
-/// or, where a stop may be a dwell, what it takes.
+/// or, where a stop may be a dwell, or makes it no later at its goal, what it takes.
 fn saved_s((from_s, until_s): (f64, f64), costs_s: Option<f64>) -> f64 {
-    costs_s.unwrap_or(until_s - from_s)
+    costs_s.filter(|it| *it > 0.0).unwrap_or(until_s - from_s)
 }
 
 /// What breaks with others if a drone goes on at once and does all that follows so much earlier,
 /// and does not break now: by the verifier. Where it only slows down, it is as much faster there.
+/// At an appointment on the way it stays as much longer.
 fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     let (from_s, until_s) = (stop.from_s, stop.until_s);
     let saved_s = saved_s((from_s, until_s), stop.costs_s);
@@ -230,12 +232,7 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     // half as fast as it would be.
     let beside_s = (saved_s - (until_s - from_s)).max(0.0);
     let (from_s, until_s) = ((from_s - beside_s).max(0.0), until_s + beside_s);
-    let left = 1.0 - saved_s / (until_s - from_s);
-    let earlier = |t_s: f64| match t_s {
-        _ if t_s <= from_s => t_s,
-        _ if t_s < until_s => from_s + (t_s - from_s) * left,
-        _ => t_s - saved_s,
-    };
+    let earlier = |t_s: f64| earlier_s(t_s, (from_s, until_s), saved_s, stop.held_s);
     let mut hurried = plan.clone();
     let drone = &mut hurried.drones[k];
     drone
@@ -248,7 +245,8 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     let name = drone.name.clone();
     // How it moves itself is not asked: no drone flies it like that.
     let concerns = |it: &Violation| {
-        it.with.is_some() && it.drone == name || it.with.as_ref() == Some(&name) || is_of_zone(it)
+        let is_between = it.kind != ViolationKind::Malformed && it.with.is_some();
+        is_between && it.drone == name || it.with.as_ref() == Some(&name) || is_of_zone(it)
     };
     let now = planner::verify(plan).violations;
     let is_new = |it: &Violation| {
@@ -258,6 +256,29 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     };
     let then = planner::verify(&hurried).violations.into_iter();
     then.filter(|it| concerns(it) && is_new(it)).collect()
+}
+
+/// When a drone is where it was at a time, had it gone on at once and saved so much (all s): never
+/// before its stop began, and no earlier once it leaves the place where it stays then.
+fn earlier_s(
+    t_s: f64,
+    (from_s, until_s): (f64, f64),
+    saved_s: f64,
+    held_s: Option<(f64, f64)>,
+) -> f64 {
+    let left = 1.0 - saved_s / (until_s - from_s);
+    // When the stop is over then, and when what follows is.
+    let over_s = (until_s - saved_s).max(from_s);
+    let then_s = over_s + (t_s - until_s);
+    match held_s {
+        _ if t_s <= from_s => t_s,
+        _ if t_s < until_s => (from_s + (t_s - from_s) * left).clamp(from_s, over_s),
+        Some((_, leaves_s)) if t_s >= leaves_s => t_s,
+        Some((there_s, leaves_s)) if t_s > there_s => {
+            then_s + (t_s - then_s) * (t_s - there_s) / (leaves_s - there_s)
+        }
+        _ => then_s,
+    }
 }
 
 fn is_of_zone(it: &Violation) -> bool {
@@ -345,7 +366,10 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
     }
     let is_asked = !["dwell", "rests"].contains(&explained.does);
     if let Some((from_s, until_s)) = explained.span_s.filter(|_| is_asked) {
-        let saved_s = saved_s((from_s, until_s), explained.costs_s);
+        let earlier = match explained.costs_s {
+            Some(0.0) => "no earlier at its goal".to_owned(),
+            costs_s => format!("{:.2} s earlier", saved_s((from_s, until_s), costs_s)),
+        };
         let first = explained.otherwise.first();
         let zone = first.and_then(|it| it.with.as_ref().filter(|_| is_of_zone(it)));
         let reason = match (&explained.waits_for, zone) {
@@ -372,7 +396,7 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 };
                 vec![
                     Part::line(format!(
-                        "{what} Had it gone on at once, it would be {saved_s:.2} s earlier, and the verifier finds, all others as planned:"
+                        "{what} Had it gone on at once, it would be {earlier}, and the verifier finds, all others as planned:"
                     )),
                     Part::List(list),
                 ]
@@ -387,7 +411,7 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                     }
                 };
                 vec![Part::line(format!(
-                    "Had it gone on at once, {saved_s:.2} s earlier, nothing would break as the others fly: it is {because}."
+                    "Had it gone on at once, {earlier}, nothing would break as the others fly: it is {because}."
                 ))]
             }
         };
@@ -428,4 +452,34 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
     let look = page.map(|page| Part::line(format!("Look: {page}")));
     report.section("", look.collect());
     report
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_time_runs_backwards_without_a_wait_and_an_appointment_is_left_when_it_was() {
+        for k in 1..500 {
+            let [from_s, for_s, on_s] = [0.1, 0.37, 0.73].map(|it| it * f64::from(k));
+            let until_s = from_s + for_s;
+            let held_s = (until_s + on_s, until_s + 2.0 * on_s);
+            // What is waited may be rounded up.
+            for saved_s in [for_s, until_s - from_s, for_s.next_up()] {
+                for held in [None, Some(held_s)] {
+                    let at_s = [
+                        from_s,
+                        0.5 * (from_s + until_s),
+                        until_s,
+                        held_s.0,
+                        held_s.1,
+                    ];
+                    let then_s = at_s.map(|t_s| earlier_s(t_s, (from_s, until_s), saved_s, held));
+                    assert!(then_s.is_sorted(), "{then_s:?}");
+                    let last_s = at_s[4] - if held.is_some() { 0.0 } else { saved_s };
+                    assert!(then_s[0] == from_s && (then_s[4] - last_s).abs() < 1e-9);
+                }
+            }
+        }
+    }
 }

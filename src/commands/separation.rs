@@ -130,13 +130,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         rows: DEPTHS_L.map(row).into(),
     };
     let name = format!("{}-under-{}", lower.name(), upper.name());
-    let report = report(&found, &pair, arguments.speed);
+    let report = report(&found, (&pair, [&lower, &upper]), arguments.speed);
     let json = ("separation.json", 2, "separation/1");
     arguments.wanted.deliver((&name, &report), json, &found)?;
     Ok(Answer::Yes)
 }
 
-fn report(found: &SeparationAnswer, pair: &Separation, speed_mps: f64) -> Report {
+fn report(
+    found: &SeparationAnswer,
+    (pair, airframes): (&Separation, [&Airframe; 2]),
+    speed_mps: f64,
+) -> Report {
     let (lower, upper) = (&found.lower, &found.upper);
     let of = |it: &Drone| {
         format!(
@@ -184,13 +188,17 @@ fn report(found: &SeparationAnswer, pair: &Separation, speed_mps: f64) -> Report
     });
     let headings =
         "below (m)|air (m/s)|alpha|power|beside (m)|over limit (s)|exposure (m)|energy (J)";
-    report.section("Straight below, and passing", vec![
-        Part::table("rrrrrrrrr", headings, rows),
+    let mut below = vec![Part::table("rrrrrrrrr", headings, rows)];
+    let mut notes: Vec<String> = airframes.iter().filter_map(|it| it.fit_note()).collect();
+    notes.dedup();
+    below.extend(notes.into_iter().map(Part::line));
+    below.extend([
         Part::line(format!(
             "The first four columns: hovering straight below. Beside: where the limit is kept at that depth. The last three: passing through the axis at {speed_mps} m/s."
         )),
         Part::line("Mean flow in still air; gusts of about a quarter come on top, and the worst of all azimuths counts. The column's rule stands beside the air's."),
     ]);
+    report.section("Straight below, and passing", below);
     let deep_m = 1.25 * found.below_m.max(found.ellipsoid.below_m);
     let wide_m = 1.6 * found.beside_m.max(found.ellipsoid.beside_m);
     let rim = (0..=POINTS).map(|k| deep_m * (k as f64 + 0.02) / POINTS as f64);

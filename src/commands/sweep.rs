@@ -18,6 +18,8 @@ use crate::report::words::{first_few, joined, shortest};
 
 /// Values of one sweep: chosen here, each is a whole plan.
 const MOST_VALUES: usize = 100;
+/// From here on a number of 64 bits is not every whole number: 2^53.
+const BEYOND_WHOLE: f64 = 9_007_199_254_740_992.0;
 /// Values that are named where something is wrong with them: chosen here.
 const MOST_SHOWN: usize = 5;
 
@@ -91,7 +93,13 @@ fn setting(text: &str) -> Result<Setting, String> {
     }
     let number = |it: &str| {
         let value = it.trim().parse::<f64>().ok().filter(|it| it.is_finite());
-        value.ok_or_else(|| format!("`{it}` is no number; {form}"))
+        let value = value.ok_or_else(|| format!("`{it}` is no number; {form}"))?;
+        match value.abs() < BEYOND_WHOLE {
+            true => Ok(value),
+            false => Err(format!(
+                "`{it}` is too large: whole numbers are told apart below 2^53"
+            )),
+        }
     };
     let parts: Result<Vec<f64>, String> = values.split([':', ',']).map(number).collect();
     let values = match (values.contains(':'), &parts?[..]) {
@@ -101,7 +109,10 @@ fn setting(text: &str) -> Result<Setting, String> {
             let count = ((to - from) / step + 1e-9).floor() as usize;
             let at = |k: usize| {
                 let value: f64 = from + k as f64 * step;
-                (value * 1e9).round() / 1e9
+                match value.fract() == 0.0 {
+                    true => value,
+                    false => (value * 1e9).round() / 1e9,
+                }
             };
             (0..=count.min(MOST_VALUES)).map(at).collect()
         }

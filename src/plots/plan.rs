@@ -155,7 +155,7 @@ fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
         .any(|it| it.cause.as_ref().is_some_and(|it| it.at_m.is_some()))
     {
         let cross = "M5.5 -5.5L16.5 5.5M5.5 5.5L16.5 -5.5";
-        let refused = "as far as a drone without a path could get";
+        let refused = "as far as a drone without a path could get, or its goal";
         entries.push(Entry::new(cross, &solid(WORST, 2.4), refused));
     }
     if has_worst {
@@ -165,8 +165,13 @@ fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
     if !plan.obstacles.is_empty() {
         entries.push(Entry::patch(&layers::solid_look(Eye::Above), "obstacle"));
     }
-    if !plan.zones.is_empty() {
-        entries.push(Entry::patch(&layers::zone_look(), "zone with a limit"));
+    for (keep_out, what) in [
+        (false, "zone with a limit"),
+        (true, "zone that no body may enter"),
+    ] {
+        if plan.zones.iter().any(|zone| zone.keep_out == keep_out) {
+            entries.push(Entry::patch(&layers::zone_look(keep_out), what));
+        }
     }
     entries
 }
@@ -219,6 +224,18 @@ mod tests {
         assert_eq!(told("a: kolibri, stays<"), 2, "{titles:?}");
         assert_eq!(told("b dwells 2.0 s from t = "), 2, "{titles:?}");
         assert_eq!(told("b waits"), 0, "{titles:?}");
+    }
+
+    #[test]
+    fn a_zone_that_keeps_bodies_out_is_not_told_to_limit_air() {
+        let mut plan = sample::warehouse();
+        let told = |plan: &Plan| {
+            let text = draw(plan, None);
+            ["zone with a limit", "zone that no body may enter"].map(|it| text.contains(it))
+        };
+        assert_eq!(told(&plan), [true, false]);
+        plan.zones.iter_mut().for_each(|it| it.keep_out = true);
+        assert_eq!(told(&plan), [false, true]);
     }
 
     #[test]

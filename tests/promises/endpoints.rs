@@ -46,6 +46,7 @@ fn world(drones: Vec<Drone>) -> World {
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,
+        formations: Vec::new(),
         origin: None,
         notes: Vec::new(),
         planning: Planning {
@@ -285,6 +286,11 @@ fn tasks_that_are_due_at_one_time_exclude_one_another() {
         panic!("one stays: {outcome:?}");
     };
     assert_eq!(planned.failures.len(), 1);
+    let refused = &planned.plan.unplanned[0];
+    let own = together.drones.iter().find(|it| it.name == refused.name);
+    let cause = refused.cause.as_ref().expect("known");
+    let goal_m = own.map(|it| it.tasks[0].to_m);
+    assert_eq!((cause.at_m, cause.at_s), (goal_m, Some(25.0)));
     let reason = planned.failures[0].cause.to_string();
     let said = "task 1 of `lower` is in the downwash of `upper` at its task 1 (25 to 30 s)";
     assert!(reason.starts_with(said), "{reason}");

@@ -208,6 +208,35 @@ fn the_page_of_a_flight_shows_where_drones_flew() {
 }
 
 #[test]
+fn a_drone_that_leaves_in_the_air_is_not_on_the_ground_when_it_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = json!({
+        "format": "plan/1", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 20, 8]},
+        "drones": [{"name": "a", "airframe": "kolibri", "at_end": "leave", "trajectory": {
+            "t_s": [0, 8], "position_m": [[2, 2, 6], [10, 2, 6]],
+        }}],
+    });
+    let path = folder.path().join("plan.json");
+    fs::write(&path, plan.to_string()).unwrap();
+    let out = folder.path().join("checked");
+    super::succeeds(
+        Command::new(env!("CARGO_BIN_EXE_plan"))
+            .arg("check")
+            .arg(&path)
+            .arg("--out")
+            .arg(&out),
+    );
+    let Some(dom) = browse(&out, 8.0, "a") else {
+        return;
+    };
+    let said = seen(&dom, "said").unwrap();
+    assert!(
+        said.contains("altitude") && !said.contains("on the ground"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_drone_that_carries_a_load_is_held_to_the_limit_it_has_with_it() {
     let folder = tempfile::tempdir().unwrap();
     let plan = json!({

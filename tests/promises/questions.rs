@@ -165,6 +165,20 @@ fn the_air_of_a_drone_is_quiet_where_it_is_said_to_be() {
     );
 }
 
+#[test]
+fn a_width_factor_that_is_chosen_is_told_wherever_its_jet_is() {
+    let desk = tempfile::tempdir().unwrap();
+    let told = |line: &str| {
+        let (_, told, _) = run(desk.path(), line);
+        told.matches("is chosen, not measured").count()
+    };
+    assert_eq!(told("air kolibri"), 0);
+    assert_eq!(told("air mavic-3e"), 1);
+    assert_eq!(told("separation kolibri --under elios-3"), 1);
+    assert_eq!(told("separation elios-3 --under elios-3"), 1);
+    assert_eq!(told("separation elios-3 --under mavic-3e"), 2);
+}
+
 /// Two drones cross; the second waits 2 s before it goes on, or it would touch the first.
 fn crossing(waits_s: f64) -> String {
     let drone = |name: &str, trajectory: Value| serde_json::json!({"name": name, "airframe": "kolibri", "trajectory": trajectory});
@@ -277,6 +291,44 @@ fn what_a_wait_costs_is_one_figure_in_all_that_is_told() {
 }
 
 #[test]
+fn a_wait_before_an_appointment_makes_no_drone_later_and_is_explained_all_the_same() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    // One gap for both; who comes second is early all the same.
+    let scenario = r#"Scenario(name: "gap", bounds_m: (min: (0, 0, 0), max: (16, 6, 3)),
+        obstacles: [(name: "w1", min_m: (7, 0, 0), max_m: (8, 2.5, 3)),
+            (name: "w2", min_m: (7, 3.5, 0), max_m: (8, 6, 3))],
+        drones: [
+            (name: "a", airframe: "kolibri", start_m: (2, 3, 1.5),
+                tasks: [(to_m: (14, 3, 1.5), during_s: (20, 24))]),
+            (name: "b", airframe: "kolibri", start_m: (13, 3, 1.5),
+                tasks: [(to_m: (1, 3, 1.5), during_s: (9, 12))]),
+            (name: "c", airframe: "kolibri", start_m: (13, 4, 1.5),
+                tasks: [(to_m: (1, 4, 1.5), during_s: (9.5, 12))]),
+        ], planning: (cell_m: 0.5))"#;
+    fs::write(folder.join("gap.ron"), scenario).unwrap();
+    run(folder, "gap.ron --no-contrast --no-page --out gap");
+    let line = "explain gap/plan.json --scenario gap.ron --drone a --at 4.1";
+    let (_, told, errors) = run(folder, &format!("{line} --format json"));
+    let json: Value = serde_json::from_str(&told).expect(&errors);
+    assert_eq!(
+        (&json["does"], &json["costs_s"]),
+        (&"wait".into(), &0.0.into())
+    );
+    assert_eq!(json["waits_for"], "b", "{json}");
+    let kinds = json["otherwise"].as_array().unwrap();
+    assert!(
+        kinds.iter().any(|it| it["kind"] == "collision_margin"),
+        "{json}"
+    );
+    let (_, told, _) = run(folder, line);
+    assert!(
+        told.contains("it would be no earlier at its goal"),
+        "{told}"
+    );
+}
+
+#[test]
 fn a_drone_that_has_not_come_or_has_left_is_told_so_and_a_scenario_of_others_is_refused() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
@@ -383,7 +435,7 @@ fn no_zone_is_told_to_be_a_drone_that_another_waits_for() {
     let (_, told, errors) = run(folder, line);
     let said = "waits so that the air in zone `desk` keeps its limit";
     assert!(
-        told.contains(said) && told.contains("in zone `desk` from"),
+        told.contains(said) && told.contains("the air in zone `desk` is over 3.00 m/s from"),
         "{told}{errors}"
     );
     let (_, told, _) = run(folder, &format!("{line} --format json"));
@@ -520,6 +572,10 @@ fn a_sweep_plans_each_value_as_a_scenario_of_its_own_would_be() {
             "error: --set planning.air_limit=-1,400: ",
         ),
         ("sweep two.ron --set air_limit=1", "SECTION.KEY"),
+        (
+            "sweep two.ron --set planning.seed=9007199254740993",
+            "`9007199254740993` is too large",
+        ),
     ] {
         let (code, _, errors) = run(folder, line);
         assert_eq!(code, Some(2), "{line}: {errors}");

@@ -52,7 +52,7 @@ const locate = (drone, at, out) => {
   return out;
 };
 const isThere = (drone, at) => (drone.enters_s === null || at >= drone.enters_s - 1e-9) && !(drone.leaves && at > drone.t[drone.t.length - 1] + 1e-9);
-const isAirborne = (drone, at) => { const [from, until] = drone.airborne_s; return at >= from && (until === null || at < until); };
+const isAirborne = (drone, at) => { const [from, until] = drone.airborne_s; return at >= from && (until === null || at < until || drone.leaves && at <= until + 1e-9); };
 const airAt = (drone, at) => {
   if (!drone.air) return 0;
   const k = Math.max(0, Math.min(at / data.step_s, drone.air.length - 1)), low = Math.floor(k), high = Math.min(low + 1, drone.air.length - 1);
@@ -403,7 +403,7 @@ const project = at => {
 };
 const label = () => {
   const box = $('labels'), wanted = [], origin = $('view').getBoundingClientRect();
-  for (const zone of data.zones) wanted.push([zone.name, [(zone.min_m[0] + zone.max_m[0]) / 2, (zone.min_m[1] + zone.max_m[1]) / 2, zone.max_m[2]], 'zone']);
+  for (const zone of data.zones) wanted.push([zone.name + (zone.keep_out ? ': no body may enter' : ''), [(zone.min_m[0] + zone.max_m[0]) / 2, (zone.min_m[1] + zone.max_m[1]) / 2, zone.max_m[2]], 'zone']);
   const sources = chosen ? meetsAt(chosen, now).map(it => data.drones[it[2]]) : [];
   for (const drone of data.drones) if (isThere(drone, now) && (drone === chosen || sources.includes(drone) || (showNames && fleet <= MANY))) {
     locate(drone, now, spot);

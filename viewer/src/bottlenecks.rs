@@ -69,7 +69,7 @@ impl Bottlenecks {
             let told_s: f64 = stops.iter().filter_map(|it| it.costs_s).sum();
             found.elsewhere_s += (drone.waits_s - told_s).max(0.0);
             for stop in stops {
-                let Some(waits_s) = stop.costs_s else {
+                let Some(waits_s) = stop.costs_s.filter(|it| *it > 0.0) else {
                     continue;
                 };
                 if let Some(other) = stop.waits_for {
@@ -104,5 +104,39 @@ impl Bottlenecks {
         found.drones.truncate(MOST_TOLD);
         found.places.truncate(MOST_TOLD);
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wait_that_makes_no_drone_later_is_no_bottleneck() {
+        let drones = ["a", "b"].map(|name| {
+            serde_json::json!({
+                "name": name, "airframe": "kolibri", "waits_s": 2.0,
+                "trajectory": {"t_s": [0, 9], "position_m": [[1, 1, 1], [8, 1, 1]]},
+            })
+        });
+        let plan = serde_json::json!({
+            "format": "plan/1", "scenario": "two", "bounds_m": {"min": [0, 0, 0], "max": [9, 9, 9]},
+            "drones": drones,
+        });
+        let plan: Plan = serde_json::from_value(plan).expect("a plan");
+        let stop = |costs_s| Stop {
+            from_s: 1.0,
+            until_s: 3.0,
+            what: "wait",
+            waits_for: Some(1),
+            costs_s: Some(costs_s),
+            held_s: None,
+            at_m: Point3::new(2.0, 1.0, 1.0),
+        };
+        let told = |costs_s| {
+            let found = Bottlenecks::of(&plan, &[vec![stop(costs_s)], Vec::new()]);
+            [found.drones.len(), found.places.len()]
+        };
+        assert_eq!((told(2.0), told(0.0)), ([1, 1], [0, 0]));
     }
 }

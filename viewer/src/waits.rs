@@ -52,8 +52,11 @@ pub struct Stop {
     /// Which drone it waits for; `None`: no one drone is in its way.
     pub waits_for: Option<usize>,
     /// Of a wait, how much later the drone is for it (s): its part of what the plan says that the
-    /// drone waits ([`DronePlan::waits_s`]). A smooth path is slow for longer than it is late.
+    /// drone waits ([`DronePlan::waits_s`]). A smooth path is slow for longer than it is late. 0 of
+    /// one after its last task, and before an appointment that it is early for all the same.
     pub costs_s: Option<f64>,
+    /// Of a wait before such an appointment, from and until when it stays there (s).
+    pub held_s: Option<(f64, f64)>,
     /// m.
     pub at_m: Point3<f64>,
 }
@@ -125,6 +128,7 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
             what,
             waits_for: None,
             costs_s: None,
+            held_s: None,
             at_m: stay[0],
         };
         if until_s - dwelt_s >= WAITS_FROM_S && next < points {
@@ -152,12 +156,25 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
                 what: if asked.is_some() { "wait" } else { "stop" },
                 waits_for: None,
                 costs_s: None,
+                held_s: None,
                 at_m,
             })
         })
         .collect();
     found.extend(crawls);
     found.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    // It goes on no earlier from there, however early it came.
+    let is_held = |task: &Task, (there_s, leaves_s): (f64, f64)| {
+        task.during_s.is_some() && leaves_s > there_s + task.dwell_s + SAME_TIME_S
+    };
+    let tasks = asked.iter().flat_map(|it| &it.tasks);
+    let held = tasks.zip(dwells.iter().copied());
+    let held = held.filter(|(task, stay_s)| is_held(task, *stay_s));
+    let held: Vec<(f64, f64)> = held.map(|(_, stay_s)| stay_s).collect();
+    for stop in found.iter_mut().filter(|it| it.what == "wait") {
+        let mut later = held.iter();
+        stop.held_s = later.find(|it| stop.until_s <= it.0 + SAME_TIME_S).copied();
+    }
     share(entry, &mut found);
     found
 }
@@ -168,7 +185,8 @@ const STOPPING_S: f64 = 0.8;
 
 /// Shares what a drone waits, as its plan counts it, among its waits by their length, to none more
 /// than it takes: what is left the drone waits elsewhere, in stops that are too short to be told. A
-/// plan that does not count them waits for as long as it stands.
+/// plan that does not count them waits for as long as it stands. Waits that make it no later at its
+/// goal are not counted.
 fn share(drone: &DronePlan, stops: &mut [Stop]) {
     let path = &drone.trajectory;
     let begins_s = path.t_s.first().copied().unwrap_or(0.0);
@@ -177,26 +195,30 @@ fn share(drone: &DronePlan, stops: &mut [Stop]) {
         let mut before = stops.iter().map(|it| it.until_s);
         from_s <= begins_s || before.any(|until_s| (until_s - from_s).abs() < SAME_TIME_S)
     };
-    let stands_s = |it: &Stop| match it.what {
-        "wait" => it.until_s - it.from_s,
-        _ => 0.0,
+    let is_done = |it: &Stop| drone.arrives_s > 0.0 && it.until_s > drone.arrives_s + SAME_TIME_S;
+    let is_counted = |it: &Stop| it.what == "wait" && it.held_s.is_none() && !is_done(it);
+    let stands_s = |it: &Stop| match is_counted(it) {
+        true => it.until_s - it.from_s,
+        false => 0.0,
     };
-    let takes_s = |it: &Stop| match it.what {
-        "wait" if path.is_smooth() && !is_at_rest(it.from_s) => stands_s(it) + STOPPING_S,
+    let takes_s = |it: &Stop| match is_counted(it) {
+        true if path.is_smooth() && !is_at_rest(it.from_s) => stands_s(it) + STOPPING_S,
         _ => stands_s(it),
     };
     let each_s: Vec<f64> = stops.iter().map(takes_s).collect();
     let all_s: f64 = each_s.iter().sum();
     // Who arrives as early as alone waits for none.
     let is_as_alone = drone.alone_s > 0.0 && drone.arrives_s - drone.alone_s < SAME_TIME_S;
-    let is_counted = drone.waits_s > 0.0 || is_as_alone;
-    let counted_s = match is_counted {
+    let counted_s = match drone.waits_s > 0.0 || is_as_alone {
         true => drone.waits_s.min(all_s),
         false => stops.iter().map(stands_s).sum(),
     };
     let each = stops.iter_mut().zip(each_s);
     for (stop, takes_s) in each.filter(|(it, _)| it.what == "wait") {
-        stop.costs_s = Some(counted_s * takes_s / all_s);
+        stop.costs_s = Some(match takes_s > 0.0 {
+            true => counted_s * takes_s / all_s,
+            false => 0.0,
+        });
     }
 }
 
@@ -329,6 +351,7 @@ mod tests {
             what,
             waits_for: None,
             costs_s: None,
+            held_s: None,
             at_m: Point3::origin(),
         };
         let all = [
@@ -336,11 +359,11 @@ mod tests {
             stop(4.0, 9.0, "dwell"),
             stop(9.0, 12.0, "wait"),
         ];
-        let costs = |drone: &DronePlan| {
-            let mut stops = all;
+        let costs_of = |drone: &DronePlan, mut stops: [Stop; 3]| {
             share(drone, &mut stops);
             stops.map(|it| it.costs_s.map(|costs_s| (costs_s * 1e9).round() / 1e9))
         };
+        let costs = |drone: &DronePlan| costs_of(drone, all);
         let mut drone = DronePlan {
             waits_s: 2.0,
             ..DronePlan::default()
@@ -359,6 +382,13 @@ mod tests {
         drone.waits_s = 5.6;
         drone.trajectory.control_m = vec![vec![Point3::origin(); 2]];
         assert_eq!(costs(&drone), [Some(1.8), None, Some(3.0)]);
+        // After its last task, and before an appointment.
+        drone.arrives_s = 9.0;
+        assert_eq!(costs(&drone), [Some(1.8), None, Some(0.0)]);
+        let mut before = all;
+        before[0].held_s = Some((4.0, 9.0));
+        drone.arrives_s = 12.0;
+        assert_eq!(costs_of(&drone, before), [Some(0.0), None, Some(3.0)]);
     }
 
     #[test]

@@ -88,6 +88,19 @@ impl IsoSpeedVolume {
         self.sections.iter().any(|section| section.holds(offset_m))
     }
 
+    /// Whether it enters a box, given by its corners as offsets from the rotor centre (m, z up).
+    pub fn enters(&self, [low_m, high_m]: [Vector3<f64>; 2]) -> bool {
+        let beside_m = |axis: usize| low_m[axis].max(-high_m[axis]).max(0.0);
+        let beside_m = beside_m(0).hypot(beside_m(1));
+        self.sections.iter().any(|section| {
+            let from_m = section.from_depth_m.max(-high_m.z);
+            let to_m = section.to_depth_m.min(-low_m.z);
+            let mut ends = [from_m, to_m].into_iter();
+            let is_within = |depth_m| section.radius_m(depth_m).is_some_and(|it| it > beside_m);
+            from_m < to_m && ends.any(is_within)
+        })
+    }
+
     /// All sections in the world below a rotor centre (m), cut where the wake ends.
     ///
     /// # Errors
@@ -364,4 +377,34 @@ fn edge_m(is_fast: impl Fn(f64) -> bool, spread_m: f64) -> Option<f64> {
         outer_m = inner_m;
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use airflow::{Airframe, Jet};
+
+    #[test]
+    fn a_box_is_entered_just_where_one_of_its_points_is_held() {
+        let airframe = Airframe::preset("kolibri").expect("known");
+        let wake = Wake::new(&airframe, airframe.mass_kg(), 1.2, &Jet::default());
+        let faster = IsoSpeedVolume::new(&wake, 2.0).expect("a limit");
+        let (mut entered, mut spared) = (0, 0);
+        for k in 0..200 {
+            let at = |n: u32| (f64::from(3 * k + n) * 0.754_877_666_246_69).fract();
+            let low_m = Vector3::new(2.0 * at(0) - 1.0, 2.0 * at(1) - 1.0, -8.0 * at(2));
+            // Along each side, from corner to corner.
+            let point_m = |n: u32| {
+                let along = [n / 400, n / 20 % 20, n % 20].map(|it| f64::from(it) / 19.0);
+                low_m + 0.5 * Vector3::from(along)
+            };
+            let is_held = (0..8000).any(|n| faster.holds(point_m(n)));
+            // Between two points it may be entered all the same.
+            let shrunk = [0.03, 0.47].map(|it| low_m + Vector3::from([it; 3]));
+            assert!(is_held || !faster.enters(shrunk), "{low_m}");
+            assert!(!is_held || faster.enters([low_m, point_m(7999)]), "{low_m}");
+            *(if is_held { &mut entered } else { &mut spared }) += 1;
+        }
+        assert!(entered > 10 && spared > 10, "{entered} {spared}");
+    }
 }

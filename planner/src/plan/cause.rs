@@ -85,6 +85,10 @@ impl FailureCause {
                     true => it.with.split('`').nth(1).unwrap_or(&it.with).to_owned(),
                     false => it.drone.clone(),
                 }),
+                at_m: conflict.as_ref().map(|it| it.at_m),
+                at_s: (conflict.as_ref())
+                    .and_then(|it| it.meeting?.during_s)
+                    .map(|[from_s, _]| from_s),
                 ..bare("goal_conflict")
             },
             FailureCause::NoRoomToLand { .. } => bare("no_room_to_land"),
@@ -223,6 +227,8 @@ pub struct GoalConflict {
     pub why: Exclusion,
     /// A place for `drone` near its own where this pair is in order (m).
     pub nearest_fix_m: Option<Point3<f64>>,
+    /// Where the drone that stays was to be (m): one of the two.
+    pub at_m: Point3<f64>,
 }
 
 /// How two endpoints exclude one another.

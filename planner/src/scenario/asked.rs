@@ -2,11 +2,15 @@
 //! of it.
 //!
 //! Places reached, dwells and loads are read from the trajectories alone. A margin may be larger
-//! than asked for, and a limit tighter; everything else has to be the same.
+//! than asked for, and a limit tighter; everything else has to be the same. Places of a formation
+//! are those of the drones that are there.
+
+use std::borrow::Cow;
 
 use airflow::Convection;
 use nalgebra::Point3;
 
+use super::formations::least_cost;
 use crate::plan::trajectory::{Motion, Piece, SAME_PLACE_M, Tail, Trajectory};
 use crate::plan::{AtEnd, DronePlan, Obstacle, Plan, Solid};
 use crate::scenario::world::{Drone, PathMotion, Task, World};
@@ -32,7 +36,12 @@ pub fn missing_in_flight(world: &World, plan: &Plan) -> Vec<String> {
 
 fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     let mut missing = of_place(world, plan);
-    for drone in &world.drones {
+    // A drone that is being flown may have some of its tasks behind it.
+    let drones = match in_flight {
+        true => Cow::Borrowed(&world.drones),
+        false => Cow::Owned(by_who_is_there(world, plan)),
+    };
+    for drone in drones.iter() {
         let entry = plan.drones.iter().find(|it| it.name == drone.name);
         let Some(entry) = entry else {
             missing.push(format!("`{}` is not in the plan", drone.name));
@@ -49,6 +58,58 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     let more = plan.drones.iter().filter(|it| !is_asked(it));
     missing.extend(more.map(|it| format!("`{}` is not in the scenario", it.name)));
     missing
+}
+
+/// The world's drones, with the places of each formation given to those that are there in a plan.
+fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
+    let mut drones = world.drones.clone();
+    for tasks in &world.formations {
+        let found = tasks.iter().map(|(name, task)| {
+            let drone = drones.iter().position(|it| it.name == *name)?;
+            (*task < drones[drone].tasks.len()).then_some((drone, *task))
+        });
+        let Some(group) = found.collect::<Option<Vec<(usize, usize)>>>() else {
+            continue;
+        };
+        let places_m: Vec<_> = (group.iter())
+            .map(|&(drone, task)| drones[drone].tasks[task].to_m)
+            .collect();
+        // What each flies, and from when on it is on its way there (s).
+        let flown = group.iter().map(|&(drone, task)| {
+            let drone = &drones[drone];
+            let entry = plan.drones.iter().find(|it| it.name == drone.name)?;
+            let since_s = match task.checked_sub(1) {
+                Some(last) => dwells(drone, entry).get(last)?.1,
+                None => 0.0,
+            };
+            Some((trajectory_of(drone, entry)?, since_s))
+        });
+        let flown: Vec<Option<(Trajectory, f64)>> = flown.collect();
+        let is_there = |k: usize, place: usize| {
+            let (drone, task) = group[k];
+            let asked = Task {
+                to_m: places_m[place],
+                ..drones[drone].tasks[task].clone()
+            };
+            let reached = |it: &(Trajectory, f64)| reached(&it.0, &asked, it.1, None);
+            flown[k].as_ref().and_then(reached).is_some()
+        };
+        let count = group.len();
+        if (0..count).all(|k| is_there(k, k)) {
+            continue;
+        }
+        // One that is not there costs more than all that are at others' places.
+        let cost = |k: usize, place: usize| {
+            let absent = i64::from(!is_there(k, place)) * (1 + count as i64);
+            absent + i64::from(place != k)
+        };
+        let row = |k: usize| (0..count).map(|place| cost(k, place)).collect();
+        let costs: Vec<Vec<i64>> = (0..count).map(row).collect();
+        for (&(drone, task), place) in group.iter().zip(least_cost(&costs)) {
+            drones[drone].tasks[task].to_m = places_m[place];
+        }
+    }
+    drones
 }
 
 /// Whether two numbers are the same but for rounding.
@@ -480,6 +541,35 @@ fn other_mass(trajectory: &Trajectory, (from_s, until_s): (f64, f64), mass_kg: f
 mod tests {
     use super::*;
     use crate::{Control, read_world};
+
+    #[test]
+    fn places_of_a_formation_may_be_taken_by_any_of_its_drones_but_not_left_out() {
+        let world = |tasks: [&str; 2], formations: &str| {
+            let text = format!(
+                r#"(name: "h", bounds_m: (min: (0, 0, 0), max: (12, 10, 6)), drones: [
+                (name: "a", airframe: "kolibri", start_m: (2, 5, 3), tasks: [{}]),
+                (name: "b", airframe: "kolibri", start_m: (2, 2, 3), tasks: [{}])],
+                formations: [{formations}])"#,
+                tasks[0], tasks[1]
+            );
+            read_world(&text).expect("in order")
+        };
+        let typed = world(
+            [
+                "(to_m: (8, 2, 3), dwell_s: 3), (to_m: (4, 5, 3))",
+                "(to_m: (8, 5, 3), dwell_s: 3), (to_m: (4, 2, 3))",
+            ],
+            "",
+        );
+        let outcome = crate::plan_world(&typed, &Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        let both = "(to_m: [(8, 5, 3), (8, 2, 3)], dwell_s: 3), (to_m: [(4, 5, 3), (4, 2, 3)])";
+        assert_eq!(missing(&world([""; 2], both), &plan), [""; 0]);
+        let other = "(to_m: [(8, 5, 3), (8, 3, 3)], dwell_s: 3), (to_m: [(4, 5, 3), (4, 2, 3)])";
+        let missing = missing(&world([""; 2], other), &plan);
+        assert_eq!(missing.len(), 1, "{missing:?}");
+        assert!(missing[0].contains("(8.00, 3.00, 3.00) is not reached"));
+    }
 
     #[test]
     fn loads_that_are_changed_where_a_drone_stands_already_are_seen() {

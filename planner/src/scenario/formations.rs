@@ -6,14 +6,17 @@
 //! is the time of its straight flight there and, in a fleet of several airframes, the power that
 //! its wake costs at the other places and theirs costs it, while all stay. Those are not known
 //! before: their mean stands for each. Of one airframe the price of every assignment is the same.
+//! Where a drone cannot be, for solids, zones or the place beside it, it goes only where there is
+//! no other way.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use airflow::{Flown, Jet};
+use costmap::volumes::iso_speed::IsoSpeedVolume;
 use costmap::wake::fleet::wake_of;
+use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::{Point3, Vector3};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
@@ -22,17 +25,22 @@ use petgraph::graph::{NodeIndex, UnGraph};
 
 use super::fields::{Field, Reader, within};
 use super::limits::{DWELL_S, SIZE_M};
+use super::placement::{landing_misfit, misfit};
 use super::problem::{Problem, did_you_mean, nearest};
 use super::read::during;
+use super::solid::{Solids, top};
 use super::source::Value;
-use super::world::{AtEnd, Planning, Vehicle};
+use super::world::{AtEnd, PathMotion, Vehicle, World};
 use super::written::{At, Bounds, Drone, Formation, Place, Round, Task, Written};
-use crate::plan::Margins;
+use crate::plan::trajectory::SAME_PLACE_M;
 
 /// Most drones of one formation: chosen here, the assignment takes the cube of their number.
 const MOST_ASSIGNED: usize = 1000;
-/// Being late costs so much (ms): chosen here, more than all flights of a formation together.
+/// Being late in smooth motion costs so much (ms): chosen here, more than all flights of a
+/// formation together.
 const LATE_MS: i64 = 1_000_000_000_000;
+/// What cannot be costs so much (ms): chosen here, as much as if all were late.
+const NEVER_MS: i64 = LATE_MS * MOST_ASSIGNED as i64;
 /// The golden angle (rad), by which places of a sphere turn from one to the next: Á. González,
 /// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
 /// Mathematical Geosciences 42, 2010.
@@ -123,18 +131,24 @@ fn round<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<Round>>
 }
 
 /// The scenario with the goals of its formations among the tasks of its drones, and what is wrong
-/// with the formations; those without a place for each drone are left out.
-pub(super) fn assigned(written: &Written) -> (Cow<'_, Written>, Vec<Problem>) {
+/// with the formations; those without a place for each drone are left out. Between them as
+/// [`World::formations`]. `place`: its world before there are drones.
+pub(super) fn assigned<'w>(
+    written: &'w Written,
+    place: &World,
+) -> (Cow<'w, Written>, TasksOf, Vec<Problem>) {
     if written.formations.is_empty() {
-        return (Cow::Borrowed(written), Vec::new());
+        return (Cow::Borrowed(written), Vec::new(), Vec::new());
     }
     let members = written
         .drones
         .iter()
         .map(|drone| Member::of(drone, written));
     let mut assignment = Assignment {
+        place,
         members: members.collect(),
         with_tasks: written.clone(),
+        tasks: Vec::new(),
         problems: Vec::new(),
     };
     let mut later = written.formations.as_slice();
@@ -143,8 +157,17 @@ pub(super) fn assigned(written: &Written) -> (Cow<'_, Written>, Vec<Problem>) {
         assignment.add(formation, rest, &who);
         later = rest;
     }
-    (Cow::Owned(assignment.with_tasks), assignment.problems)
+    let Assignment {
+        with_tasks,
+        tasks,
+        problems,
+        ..
+    } = assignment;
+    (Cow::Owned(with_tasks), tasks, problems)
 }
+
+/// The tasks of each formation, as [`World::formations`].
+type TasksOf = Vec<Vec<(String, usize)>>;
 
 /// A drone as far as formations know it.
 struct Member {
@@ -152,8 +175,8 @@ struct Member {
     vehicle: Option<Vehicle>,
     /// Where it is when it is done (m).
     at_m: Point3<f64>,
-    /// When that is, at the earliest (s).
-    ready_s: f64,
+    /// When that is, at the earliest (s): flying straight, and in the motion that is asked for.
+    ready_s: [f64; 2],
 }
 
 impl Member {
@@ -162,12 +185,23 @@ impl Member {
         let mut member = Member {
             vehicle: written.vehicle(&drone.airframe.value).and_then(Result::ok),
             at_m: drone.start_m.value,
-            ready_s: 0.0,
+            ready_s: [0.0; 2],
         };
         for task in &drone.tasks {
-            member.goes(task);
+            member.goes(task, written.planning.motion);
         }
         member
+    }
+
+    /// When it is at a place at the earliest (s), as [`Member::ready_s`].
+    fn there_s(&self, to_m: &Point3<f64>, motion: Option<PathMotion>) -> [f64; 2] {
+        let moves = (to_m - self.at_m).norm() > SAME_PLACE_M;
+        let is_smooth = moves && motion.unwrap_or_default() == PathMotion::Smooth;
+        // From rest to rest.
+        let turns = self.vehicle.as_ref().filter(|_| is_smooth);
+        let turns_s = turns.map_or(0.0, Vehicle::stop_s);
+        let [straight_s, smooth_s] = self.ready_s.map(|it| it + self.flight_s(to_m));
+        [straight_s, smooth_s + turns_s]
     }
 
     /// The least time of a flight from where it is (s).
@@ -184,24 +218,42 @@ impl Member {
     }
 
     /// Goes to a task, and does it.
-    fn goes(&mut self, task: &Task) {
+    fn goes(&mut self, task: &Task, motion: Option<PathMotion>) {
         let until_s = task.during_s.as_ref().map_or(0.0, |it| it.value[1]);
-        let done_s = self.ready_s + self.flight_s(&task.to_m.value) + task.dwell_s;
-        (self.at_m, self.ready_s) = (task.to_m.value, done_s.max(until_s));
+        let there_s = self.there_s(&task.to_m.value, motion);
+        self.ready_s = there_s.map(|it| (it + task.dwell_s).max(until_s));
+        self.at_m = task.to_m.value;
     }
 }
 
+/// What is alike of drones at a place.
+#[derive(PartialEq)]
+struct Hovering<'a> {
+    /// What flies.
+    vehicle: &'a Vehicle,
+    /// With its load (kg).
+    mass_kg: f64,
+    /// It lands from there.
+    lands: bool,
+    /// Of the smallest body of the group's others (m).
+    beside_m: f64,
+}
+
 /// Formations given to drones so far.
-struct Assignment {
+struct Assignment<'p> {
+    /// Where it is, without drones.
+    place: &'p World,
     /// In the scenario's order.
     members: Vec<Member>,
     /// With the tasks of formations.
     with_tasks: Written,
+    /// Which those are.
+    tasks: TasksOf,
     /// What is wrong with formations.
     problems: Vec<Problem>,
 }
 
-impl Assignment {
+impl Assignment<'_> {
     /// Gives the places of a formation that messages call `who`, and that these come after.
     fn add(&mut self, formation: &Formation, later: &[Formation], who: &str) {
         let before = self.problems.len();
@@ -232,11 +284,16 @@ impl Assignment {
         // against obstacles.
         let is_sound = self.problems.len() == before;
         let taken = match formation.home_m {
-            None if is_sound => least_cost(&self.costs_ms(formation, &group, &places)),
+            None if is_sound => least_cost(&self.costs_ms(formation, &group, &places, later)),
             _ => (0..places.len()).collect(),
         };
         if is_sound {
             self.are_in_time(formation, (&group, &taken), &places, who);
+        }
+        if formation.home_m.is_none() {
+            let drones = group.iter().map(|&drone| &self.with_tasks.drones[drone]);
+            let tasks = drones.map(|drone| (drone.name.clone(), drone.tasks.len()));
+            self.tasks.push(tasks.collect());
         }
         let after_s = self.landing_s(&group, &places, &layers);
         for ((&drone, place), layer) in group.iter().zip(taken).zip(layers) {
@@ -252,7 +309,7 @@ impl Assignment {
                 load_kg: None,
                 during_s,
             };
-            self.members[drone].goes(&task);
+            self.members[drone].goes(&task, self.with_tasks.planning.motion);
             self.with_tasks.drones[drone].tasks.push(task);
         }
     }
@@ -380,16 +437,8 @@ impl Assignment {
     /// in order.
     fn apart_m(&self, pair: [usize; 2]) -> Option<f64> {
         let [a, b] = pair.map(|drone| self.members[drone].vehicle.as_ref());
-        let planning = &self.with_tasks.planning;
-        let kept = Planning {
-            clearance_m: planning.clearance_m,
-            margins: Margins {
-                time_s: planning.time_margin_s,
-                tracking_m: planning.tracking_m,
-            },
-            ..Planning::default()
-        };
-        Some(a?.body_radius_m + b?.body_radius_m + kept.gap_to_bodies_m(2))
+        let gap_m = self.place.planning.gap_to_bodies_m(2);
+        Some(a?.body_radius_m + b?.body_radius_m + gap_m)
     }
 
     /// Notes places out of bounds: each that is listed, those of a shape together.
@@ -450,16 +499,27 @@ impl Assignment {
         }
     }
 
-    /// What each drone of a group costs at each place (ms).
-    fn costs_ms(&self, formation: &Formation, group: &[usize], places: &[Place]) -> Vec<Vec<i64>> {
+    /// What each drone of a group costs at each place (ms), before later formations.
+    fn costs_ms(
+        &self,
+        formation: &Formation,
+        group: &[usize],
+        places: &[Place],
+        later: &[Formation],
+    ) -> Vec<Vec<i64>> {
         let prices_s = self.prices_s(formation, group, places);
-        let due_s = formation.during_s.as_ref().map(|it| it.value[0]);
+        let is_barred = self.is_barred(group, places, later);
+        let due_s = formation.during_s.as_ref();
+        let due_s = due_s.map_or(f64::INFINITY, |it| it.value[0]);
         let cost_ms = |drone: usize, place: usize, price_s: f64| {
             let member = &self.members[group[drone]];
-            let flight_s = member.flight_s(&places[place].value);
-            let is_late = due_s.is_some_and(|due_s| member.ready_s + flight_s > due_s);
-            let late_ms = if is_late { LATE_MS } else { 0 };
-            (1000.0 * (flight_s + price_s)).round() as i64 + late_ms
+            let to_m = &places[place].value;
+            let flight_s = member.flight_s(to_m);
+            let there_s = member.there_s(to_m, self.with_tasks.planning.motion);
+            let [never, late] = there_s.map(|it| it > due_s);
+            let never = never || is_barred.get(drone).is_some_and(|it| it[place]);
+            let added_ms = i64::from(never) * NEVER_MS + i64::from(late) * LATE_MS;
+            (1000.0 * (flight_s + price_s)).round() as i64 + added_ms
         };
         let row = |drone: usize| -> Vec<i64> {
             let prices_s = prices_s.get(drone);
@@ -470,6 +530,80 @@ impl Assignment {
                 .collect()
         };
         (0..group.len()).map(row).collect()
+    }
+
+    /// Where each drone of a group cannot be, of these places, before later formations: too near to
+    /// a solid, above a zone whose limit its own wake breaks, or nearer to another place than even
+    /// the smallest of the others bears. Empty where an airframe is not in order.
+    fn is_barred(&self, group: &[usize], places: &[Place], later: &[Formation]) -> Vec<Vec<bool>> {
+        let body_m = |drone: usize| Some(self.members[drone].vehicle.as_ref()?.body_radius_m);
+        let bodies_m: Option<Vec<f64>> = group.iter().map(|&drone| body_m(drone)).collect();
+        let mut by_size = bodies_m.unwrap_or_default();
+        by_size.sort_by(f64::total_cmp);
+        let mut kinds: Vec<Hovering<'_>> = Vec::new();
+        let mut kind_of = Vec::new();
+        for &drone in group {
+            let Some(vehicle) = &self.members[drone].vehicle else {
+                return Vec::new();
+            };
+            let mut tasks = self.with_tasks.drones[drone].tasks.iter().rev();
+            let load_kg = tasks.find_map(|task| task.load_kg.as_ref());
+            let is_smallest = by_size.first() == Some(&vehicle.body_radius_m);
+            let beside_m = by_size.get(usize::from(is_smallest));
+            let kind = Hovering {
+                vehicle,
+                mass_kg: vehicle.airframe.mass_kg() + load_kg.map_or(0.0, |it| it.value),
+                lands: self.lands_from_here(drone, later),
+                beside_m: beside_m.copied().unwrap_or(f64::NEG_INFINITY),
+            };
+            let known = kinds.iter().position(|it| *it == kind);
+            kind_of.push(known.unwrap_or(kinds.len()));
+            if known.is_none() {
+                kinds.push(kind);
+            }
+        }
+        let (world, solids) = (self.place, Solids::of(self.place));
+        let tops = world.obstacles.iter().filter_map(top).collect();
+        let surfaces = BlockingSurfaces::new(world.bounds_m.min.z, tops);
+        let planning = &world.planning;
+        let (density_kg_per_m3, flown) = (world.air.density_kg_per_m3(), world.flown());
+        let air = (&world.jet, &flown);
+        let nearest_m = |place: usize| {
+            let others = places
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != place);
+            let others_m = others.map(|(_, it)| (it.value - places[place].value).norm());
+            others_m.fold(f64::INFINITY, f64::min)
+        };
+        let nearest_m: Vec<f64> = (0..places.len()).map(nearest_m).collect();
+        let barred = |kind: &Hovering<'_>| -> Vec<bool> {
+            let body_m = kind.vehicle.body_radius_m;
+            let airframe = &kind.vehicle.airframe;
+            let wake = wake_of(airframe, kind.mass_kg, density_kg_per_m3, air);
+            let beside_m = body_m + kind.beside_m + planning.gap_to_bodies_m(2);
+            let zones = world.zones.iter().filter_map(|zone| {
+                let limit_mps = zone.air_limit_mps? - flown.return_flow_mps;
+                Some((zone, IsoSpeedVolume::new(&wake, limit_mps)?))
+            });
+            let zones: Vec<_> = zones.collect();
+            let is_barred = |(place, nearest_m): (&Place, &f64)| {
+                let at_m = place.value;
+                let ends_z_m = surfaces.wake_end_z_m(&wake, &at_m, &at_m);
+                *nearest_m < beside_m - SAME_PLACE_M
+                    || misfit(world, &solids, at_m, body_m + planning.gap_to_solids_m()).is_some()
+                    || kind.lands && landing_misfit(world, &solids, at_m, body_m).is_some()
+                    || zones.iter().any(|(zone, faster)| {
+                        let [low_m, mut high_m] = [zone.min_m, zone.max_m].map(|it| it - at_m);
+                        let low_z_m = low_m.z.max(ends_z_m - at_m.z);
+                        high_m.z = high_m.z.max(low_z_m);
+                        faster.enters([Vector3::new(low_m.x, low_m.y, low_z_m), high_m])
+                    })
+            };
+            places.iter().zip(&nearest_m).map(is_barred).collect()
+        };
+        let barred: Vec<Vec<bool>> = kinds.iter().map(barred).collect();
+        kind_of.iter().map(|kind| barred[*kind].clone()).collect()
     }
 
     /// What downwash costs where each drone of a group could be (s); empty where it is the same
@@ -499,11 +633,11 @@ impl Assignment {
         if kinds.len() < 2 || weight_s == 0.0 {
             return Vec::new();
         }
-        let density_kg_per_m3 = self.with_tasks.air().density_kg_per_m3();
-        let hover = (&Jet::default(), &Flown::default());
+        let density_kg_per_m3 = self.place.air.density_kg_per_m3();
+        let air = (&self.place.jet, &self.place.flown());
         let wakes = kinds.iter().map(|kind| {
             let mass_kg = kind.airframe.mass_kg();
-            wake_of(&kind.airframe, mass_kg, density_kg_per_m3, hover)
+            wake_of(&kind.airframe, mass_kg, density_kg_per_m3, air)
         });
         let wakes: Vec<_> = wakes.collect();
         let share = |kind: usize| {
@@ -552,11 +686,9 @@ impl Assignment {
             return;
         };
         let there = group.iter().zip(taken).map(|(&drone, &place)| {
-            let member = &self.members[drone];
-            (
-                drone,
-                member.ready_s + member.flight_s(&places[place].value),
-            )
+            let motion = self.with_tasks.planning.motion;
+            let there_s = self.members[drone].there_s(&places[place].value, motion);
+            (drone, there_s[0])
         });
         let [due_s, _] = during.value;
         let late: Vec<(usize, f64)> = there.filter(|(_, at_s)| *at_s > due_s).collect();
@@ -576,7 +708,7 @@ impl Assignment {
 }
 
 /// The place of each drone, by what each costs at each (rows are drones), so that the sum is least.
-fn least_cost(costs: &[Vec<i64>]) -> Vec<usize> {
+pub(super) fn least_cost(costs: &[Vec<i64>]) -> Vec<usize> {
     // Rows are as long as there are rows.
     match Matrix::from_rows(costs.iter().cloned()) {
         Ok(matrix) if !costs.is_empty() => kuhn_munkres_min(&matrix).1,

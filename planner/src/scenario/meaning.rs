@@ -32,14 +32,11 @@ pub(super) fn world(
     spoilt_airframes: &[String],
     files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
-    let (with_formations, wrong_formations) = formations::assigned(written);
-    let unfit_formations = wrong_formations.len();
-    let written = &*with_formations;
     let mut meaning = Meaning {
         written,
         spoilt_airframes,
         air: written.air(),
-        problems: wrong_formations,
+        problems: Vec::new(),
         notes: Vec::new(),
         refused: BTreeSet::new(),
     };
@@ -65,17 +62,7 @@ pub(super) fn world(
             .or((!zone.keep_out).then_some(written::ZONE_AIR_LIMIT_DEFAULT_MPS)),
         keep_out: zone.keep_out,
     };
-    let (sound, unsound): (Vec<_>, Vec<_>) =
-        meaning.drones().into_iter().partition(|it| it.is_sound);
-    let (mut sources, drones): (Vec<_>, Vec<_>) =
-        sound.into_iter().map(|it| (it.source, it.drone)).unzip();
     let planning = &written.planning;
-    let Meaning {
-        air,
-        mut problems,
-        notes,
-        ..
-    } = meaning;
     let mut world = World {
         name: written.name.clone(),
         bounds_m: Bounds {
@@ -88,7 +75,7 @@ pub(super) fn world(
             altitude_m: it.altitude_m,
             heading_deg: it.heading_deg,
         }),
-        air,
+        air: meaning.air,
         jet: jet.unwrap_or_default(),
         superposition: (airflow::Flown::of(&effects).ok())
             .and_then(|flown| flown.superposition)
@@ -100,7 +87,8 @@ pub(super) fn world(
             .and_then(|range| Convection::new(range).ok()),
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
-        drones,
+        drones: Vec::new(),
+        formations: Vec::new(),
         planning: Planning {
             cell_m: planning.cell_m.unwrap_or_default(),
             clearance_m: planning.clearance_m,
@@ -116,8 +104,21 @@ pub(super) fn world(
             seed: planning.seed,
             energy_weight: planning.energy_weight,
         },
-        notes,
+        notes: Vec::new(),
     };
+    let assigned = formations::assigned(written, &world);
+    let (with_formations, formations, of_formations) = assigned;
+    meaning.written = &with_formations;
+    let (sound, unsound): (Vec<_>, Vec<_>) =
+        meaning.drones().into_iter().partition(|it| it.is_sound);
+    let (mut sources, drones): (Vec<_>, Vec<_>) =
+        sound.into_iter().map(|it| (it.source, it.drone)).unzip();
+    let Meaning {
+        mut problems,
+        notes,
+        ..
+    } = meaning;
+    (world.drones, world.formations, world.notes) = (drones, formations, notes);
     if let Some(citation) = &citation {
         problems.extend(unfit(&world, &world.drones).into_iter().map(|why| {
             let problem = citation.problem("the finding does not fit this fleet".to_owned());
@@ -130,7 +131,6 @@ pub(super) fn world(
         sources.push(it.source);
         world.drones.push(it.drone);
     }
-    let of_formations = problems[..unfit_formations].to_vec();
     for found in misplaced(&world, &Solids::of(&world)) {
         let source = sources[found.drone];
         let span = Some(place_of(source, &found.spot).clone());
@@ -141,6 +141,7 @@ pub(super) fn world(
             problems.push(Problem { span, ..words });
         }
     }
+    problems.extend(of_formations);
     if planning.cell_m.is_none() {
         let (cell_m, why) = cell::chosen(&world);
         world.planning.cell_m = cell_m;
@@ -427,11 +428,8 @@ impl<'w> Meaning<'w> {
                 "airframe `{name}` of this scenario replaces the preset of that name"
             ));
         }
-        if !own && airframe.fit_excludes() {
-            self.notes.push(format!(
-                "the jet's fit excludes {name}; its width factor {} is chosen, not measured",
-                airframe.width_factor()
-            ));
+        if !own {
+            self.notes.extend(airframe.fit_note());
         }
         if !airframe.has_near_field_model() {
             self.notes.push(format!(

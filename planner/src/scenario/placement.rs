@@ -225,7 +225,7 @@ pub(crate) fn beside_misfit(
 
 /// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking
 /// in.
-fn landing_misfit(
+pub(super) fn landing_misfit(
     world: &World,
     solids: &Solids,
     last_m: Point3<f64>,
@@ -245,7 +245,12 @@ fn landing_misfit(
 }
 
 /// What is wrong with being at a place (m) with so much room around (m); `None`: nothing.
-fn misfit(world: &World, solids: &Solids, place_m: Point3<f64>, needs_m: f64) -> Option<Misfit> {
+pub(super) fn misfit(
+    world: &World,
+    solids: &Solids,
+    place_m: Point3<f64>,
+    needs_m: f64,
+) -> Option<Misfit> {
     let by_m = outside_by_m(&world.bounds_m, place_m);
     if by_m > TOUCHING_M {
         return Some(Misfit::OutOfBounds { by_m });

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use costmap::GoldenSection;
+use costmap::wake::surfaces::Top;
 use nalgebra::Point3;
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::{Pose, Vector};
@@ -20,6 +21,27 @@ use crate::scenario::world::{Obstacle, Solid, World};
 /// Two surfaces nearer than this count as touching (m): far above the rounding of coordinates up to
 /// 10 km (2e-12 m), far below anything a drone can fly.
 pub(crate) const TOUCHING_M: f64 = 1e-9;
+
+/// The level face of an obstacle that may stop a wake, in the world; `None`: a mesh stops none.
+pub(crate) fn top(obstacle: &Obstacle) -> Option<Top> {
+    match &obstacle.shape {
+        Solid::Box { min_m, max_m } => Some(Top::Rectangle {
+            min_m: [min_m.x, min_m.y],
+            max_m: [max_m.x, max_m.y],
+            z_m: max_m.z,
+        }),
+        Solid::Cylinder {
+            base_m,
+            radius_m,
+            height_m,
+        } => Some(Top::Disc {
+            centre_m: [base_m.x, base_m.y],
+            radius_m: *radius_m,
+            z_m: base_m.z + height_m,
+        }),
+        Solid::Mesh { .. } => None,
+    }
+}
 
 /// Obstacles, ready to be asked for distances. Indices are those of the slice it was made from.
 #[derive(Debug)]

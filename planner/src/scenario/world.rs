@@ -50,6 +50,9 @@ pub struct World {
     pub zones: Vec<Zone>,
     /// The fleet, in the scenario's order.
     pub drones: Vec<Drone>,
+    /// Of each formation whose places any of its drones may take, the tasks that came of it: the
+    /// drone's name, and the index among its tasks.
+    pub formations: Vec<Vec<(String, usize)>>,
     /// How to plan.
     pub planning: Planning,
     /// What a reader of the plan should know about this question: frames outside the jet's fit,

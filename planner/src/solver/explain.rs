@@ -236,6 +236,14 @@ fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Optio
             && (it.drone, it.blocker, it.meeting)
                 == (conflict.drone, conflict.blocker, conflict.meeting)
     });
+    let own_task = conflict.meeting.map(|it| match conflict.drone == index {
+        true => it.task,
+        false => it.their_task,
+    });
+    let typed = &world.drones[index];
+    let last = typed.tasks.len().checked_sub(1);
+    // That it stays at its start, or where its tasks end.
+    let own_task = own_task.map_or(last, |it| it.map_or(last, |task| Some(task - 1)));
     Some(GoalConflict {
         drone: world.drones[conflict.drone].name.clone(),
         meeting: conflict.meeting,
@@ -245,6 +253,7 @@ fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Optio
         },
         why: conflict.why,
         nearest_fix_m: described.and_then(|it| it.nearest_fix_m),
+        at_m: own_task.map_or(typed.start_m, |task| typed.tasks[task].to_m),
     })
 }
 

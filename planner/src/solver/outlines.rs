@@ -4,10 +4,11 @@ use airflow::Flown;
 use airflow::Jet;
 use costmap::volumes::downwash::Outline;
 use costmap::wake::fleet::wake_of;
-use costmap::wake::surfaces::{BlockingSurfaces, Top};
+use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::Point3;
 
-use crate::plan::{DronePlan, Obstacle, Plan, Solid};
+use crate::plan::{DronePlan, Plan};
+use crate::scenario::solid::top;
 
 /// Outlines of wakes in the world of one plan.
 #[derive(Clone, Debug)]
@@ -67,25 +68,4 @@ impl WakeOutlines {
 pub fn blocking_surfaces(plan: &Plan) -> BlockingSurfaces {
     let tops = plan.obstacles.iter().filter_map(top);
     BlockingSurfaces::new(plan.bounds_m.min.z, tops.collect())
-}
-
-/// The level face of an obstacle that may stop a wake, in the world; `None`: a mesh stops none.
-pub(crate) fn top(obstacle: &Obstacle) -> Option<Top> {
-    match &obstacle.shape {
-        Solid::Box { min_m, max_m } => Some(Top::Rectangle {
-            min_m: [min_m.x, min_m.y],
-            max_m: [max_m.x, max_m.y],
-            z_m: max_m.z,
-        }),
-        Solid::Cylinder {
-            base_m,
-            radius_m,
-            height_m,
-        } => Some(Top::Disc {
-            centre_m: [base_m.x, base_m.y],
-            radius_m: *radius_m,
-            z_m: base_m.z + height_m,
-        }),
-        Solid::Mesh { .. } => None,
-    }
 }

@@ -20,11 +20,10 @@ use crate::graph::passage::{Passage, Passages};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
 use crate::graph::turns::{Smoothing, lift_beyond_m, swerve_m};
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
-use crate::scenario::solid::Solids;
+use crate::scenario::solid::{Solids, top};
 use crate::scenario::world::{
     AtEnd, AtStart, Bounds, Drone, LIFT_M, LIFT_MPS, PathMotion, Task, Vehicle, World,
 };
-use crate::solver::outlines::top;
 
 /// For how many drones without a path on the lattice one is looked for beyond it: chosen here.
 const MOST_PASSAGES: usize = 8;

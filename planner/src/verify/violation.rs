@@ -180,10 +180,10 @@ impl fmt::Display for Violation {
                 "whether the downwash of {who} and others stays below {limit:.2} m/s in zone `{with}` {while_there} could not be decided; by bounds it is at most {value:.2} m/s"
             ),
             ViolationKind::ZoneMargin => format!(
-                "with drones early or late the downwash of {who} reaches {value:.2} m/s in zone `{with}` {while_there}; its limit is {limit:.2} m/s"
+                "with drones early or late the air in zone `{with}` is over {limit:.2} m/s {when}; at worst {value:.2} m/s, by {who} at {at}"
             ),
             ViolationKind::Zone => format!(
-                "the downwash of {who} reaches {value:.2} m/s in zone `{with}` {while_there}; its limit is {limit:.2} m/s"
+                "the air in zone `{with}` is over {limit:.2} m/s {when}; at worst {value:.2} m/s, by {who} at {at}"
             ),
         })
     }

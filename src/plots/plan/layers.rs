@@ -30,9 +30,11 @@ pub(super) fn solid_look(eye: Eye) -> String {
     fill(SOLID, opacity) + &stroke(SOLID_EDGE, 0.8)
 }
 
-/// The look of a zone.
-pub(super) fn zone_look() -> String {
-    fill(ZONE, 0.18) + &stroke(ZONE_EDGE, 1.2) + r#" stroke-dasharray="5 3""#
+/// The look of a zone: one that keeps bodies out has dense dots around it.
+pub(super) fn zone_look(keep_out: bool) -> String {
+    let dashes = if keep_out { "1.5 1.5" } else { "5 3" };
+    let edge = stroke(ZONE_EDGE, if keep_out { 2.0 } else { 1.2 });
+    format!(r#"{}{edge} stroke-dasharray="{dashes}""#, fill(ZONE, 0.18))
 }
 
 pub(super) fn obstacles(canvas: &mut Canvas, view: &View, plan: &Plan) {
@@ -75,7 +77,7 @@ fn silhouette(view: &View, shape: &Solid) -> String {
     }
 }
 
-/// Places with a limit on their air.
+/// Places with a limit on their air, or that keep bodies out.
 pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
     for entry in &plan.zones {
         let air = entry
@@ -85,7 +87,7 @@ pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
         let rules: Vec<String> = bodies.into_iter().chain(air).collect();
         let name = format!("{}: {}", entry.name, rules.join(", "));
         let path = view.rectangle(&entry.min_m, &entry.max_m);
-        canvas.named(&path, &zone_look(), &name);
+        canvas.named(&path, &zone_look(entry.keep_out), &name);
     }
 }
 

@@ -59,3 +59,60 @@ fn fleets_are_in_place_together_for_as_long_as_they_are_to_be() {
         assert_eq!(missing(&world, &plan).len(), 6, "{seed}");
     }
 }
+
+#[test]
+fn no_drone_takes_a_place_that_only_another_can_take() {
+    let planned = |place: &str, drones: &[(&str, [f64; 3])], formation: &str| {
+        let drone = |(k, (airframe, [x, y, z])): (usize, &(&str, [f64; 3]))| {
+            format!(r#"(name: "d{k}", airframe: "{airframe}", start_m: ({x}, {y}, {z}))"#)
+        };
+        let drones: Vec<String> = drones.iter().enumerate().map(drone).collect();
+        let text = format!(
+            r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (14, 10, 6)), {place}
+                drones: [{}], formations: [({formation})])"#,
+            drones.join(", ")
+        );
+        let world = planner::read_world(&text).unwrap();
+        let outcome = plan_world(&world, &Control::QUIET).unwrap();
+        let planner::Outcome::Safe(planned) = outcome else {
+            panic!("{formation} in {place}");
+        };
+        // Not at the price of a rule.
+        let mut paths = planned.plan.drones.iter().map(|it| &it.trajectory);
+        assert!(paths.any(|it| it.is_smooth()), "{formation} in {place}");
+    };
+    let pair = [
+        ("matrice-300", [6.0, 2.0, 4.0]),
+        ("crazyflie-2.1", [13.0, 2.0, 4.0]),
+    ];
+    let apart = "to_m: [(6, 6, 4), (12, 6, 4)], dwell_s: 3";
+    // For the large one too near to an obstacle, or above a zone that it is too strong for.
+    for place in [
+        r#"obstacles: [(name: "o", min_m: (6.3, 5, 0), max_m: (7, 7, 6))],"#,
+        r#"zones: [(name: "z", min_m: (5, 5, 0), max_m: (7, 7, 1), air_limit_mps: 2)],"#,
+        r#"zones: [(name: "z", min_m: (6.3, 5, 0), max_m: (7, 7, 6), keep_out: true)],"#,
+    ] {
+        planned(place, &pair, apart);
+    }
+    // Too near to the next place.
+    let three = [
+        ("matrice-300", [2.0, 5.0, 3.0]),
+        ("crazyflie-2.1", [2.0, 2.0, 3.0]),
+        ("crazyflie-2.1", [10.0, 5.0, 3.0]),
+    ];
+    planned(
+        "",
+        &three,
+        "to_m: [(4, 5, 3), (4.5, 5, 3), (9, 5, 3)], dwell_s: 4",
+    );
+    // In time, but not in smooth motion.
+    let late = [
+        ("crazyflie-2.1", [1.0, 2.0, 2.0]),
+        ("crazyflie-2.1", [5.0, 3.0, 2.0]),
+    ];
+    planned(
+        "",
+        &late,
+        "to_m: [(5, 3, 2), (11, 3, 2)], during_s: (5.3, 8)",
+    );
+}

@@ -26,6 +26,7 @@ pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,
+        formations: Vec::new(),
         planning: Planning {
             cell_m: 1.0,
             clearance_m: 0.1,
