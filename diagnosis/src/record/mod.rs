@@ -5,7 +5,8 @@
 //! [`recording`]: environment, vehicles, tracks, readings; plain data in SI units, world z up.
 //! [`baseline`]: what "simulation" means for it. [`thrust_map`]: from duty cycle to thrust.
 //! [`checked`]: numbers that a file cannot get wrong. [`track`]: where a vehicle was between two
-//! entries. [`settled`]: where it was at each, without a tracker's noise. [`remark`] and [`problem`]: what was noticed, and what keeps a file from being read.
+//! entries. [`settled`]: where it was at each, without a tracker's noise. [`remark`] and
+//! [`problem`]: what was noticed, and what keeps a file from being read.
 //! [`read`]: one module a format.
 
 pub mod baseline;

@@ -168,8 +168,8 @@ pub struct Area {
     offered: BTreeMap<String, (String, Offer)>,
     /// Drones that can be taken, and from whom: as neighbours' last borders say.
     offers: Vec<(String, Offer)>,
-    /// Drones that were taken, and from whom, by which proposal: until that neighbour knows, whoever
-    /// has them by then.
+    /// Drones that were taken, and from whom, by which proposal: until that neighbour knows, and
+    /// whichever planner has them by then.
     owed: BTreeMap<(String, String), u64>,
     outbox: Vec<Message>,
     records: Vec<Record>,
