@@ -155,7 +155,8 @@ fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
         .any(|it| it.cause.as_ref().is_some_and(|it| it.at_m.is_some()))
     {
         let cross = "M5.5 -5.5L16.5 5.5M5.5 5.5L16.5 -5.5";
-        let refused = "as far as a drone without a path could get, or its goal";
+        let refused =
+            "as far as a drone without a path could get, or the place that it cannot have";
         entries.push(Entry::new(cross, &solid(WORST, 2.4), refused));
     }
     if has_worst {

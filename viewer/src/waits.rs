@@ -163,13 +163,14 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
         .collect();
     found.extend(crawls);
     found.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-    // It goes on no earlier from there, however early it came.
-    let is_held = |task: &Task, (there_s, leaves_s): (f64, f64)| {
-        task.during_s.is_some() && leaves_s > there_s + task.dwell_s + SAME_TIME_S
+    // It goes on no earlier from there, however early it came: it leaves when the appointment ends.
+    let is_held = |task: &Task, leaves_s: f64| {
+        task.during_s
+            .is_some_and(|[_, until_s]| leaves_s <= until_s + SAME_TIME_S)
     };
     let tasks = asked.iter().flat_map(|it| &it.tasks);
     let held = tasks.zip(dwells.iter().copied());
-    let held = held.filter(|(task, stay_s)| is_held(task, *stay_s));
+    let held = held.filter(|(task, stay_s)| is_held(task, stay_s.1));
     let held: Vec<(f64, f64)> = held.map(|(_, stay_s)| stay_s).collect();
     for stop in found.iter_mut().filter(|it| it.what == "wait") {
         let mut later = held.iter();

@@ -60,6 +60,10 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     missing
 }
 
+/// One that is not at a place costs so much there (ms): chosen here, more than all flights of a
+/// formation together.
+const ABSENT_MS: i64 = 1_000_000_000_000_000;
+
 /// The world's drones, with the places of each formation given to those that are there in a plan.
 fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
     let mut drones = world.drones.clone();
@@ -85,26 +89,19 @@ fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
             Some((trajectory_of(drone, entry)?, since_s))
         });
         let flown: Vec<Option<(Trajectory, f64)>> = flown.collect();
-        let is_there = |k: usize, place: usize| {
+        // When it is done there (ms): it may come to the same places more than once.
+        let cost_ms = |k: usize, place: usize| {
             let (drone, task) = group[k];
             let asked = Task {
                 to_m: places_m[place],
                 ..drones[drone].tasks[task].clone()
             };
             let reached = |it: &(Trajectory, f64)| reached(&it.0, &asked, it.1, None);
-            flown[k].as_ref().and_then(reached).is_some()
+            let done = flown[k].as_ref().and_then(reached);
+            done.map_or(ABSENT_MS, |(_, done_s)| (1e3 * done_s) as i64)
         };
-        let count = group.len();
-        if (0..count).all(|k| is_there(k, k)) {
-            continue;
-        }
-        // One that is not there costs more than all that are at others' places.
-        let cost = |k: usize, place: usize| {
-            let absent = i64::from(!is_there(k, place)) * (1 + count as i64);
-            absent + i64::from(place != k)
-        };
-        let row = |k: usize| (0..count).map(|place| cost(k, place)).collect();
-        let costs: Vec<Vec<i64>> = (0..count).map(row).collect();
+        let row = |k: usize| (0..group.len()).map(|place| cost_ms(k, place)).collect();
+        let costs: Vec<Vec<i64>> = (0..group.len()).map(row).collect();
         for (&(drone, task), place) in group.iter().zip(least_cost(&costs)) {
             drones[drone].tasks[task].to_m = places_m[place];
         }
@@ -569,6 +566,18 @@ mod tests {
         let missing = missing(&world([""; 2], other), &plan);
         assert_eq!(missing.len(), 1, "{missing:?}");
         assert!(missing[0].contains("(8.00, 3.00, 3.00) is not reached"));
+        // Back to the same places, and not to one's own.
+        let again = format!("{both}, (to_m: [(8, 5, 3), (8, 2, 3)], dwell_s: 3)");
+        let tasks = |first: [i32; 2]| {
+            let at = |x: i32, y: i32| format!("(to_m: ({x}, {y}, 3), dwell_s: 3)");
+            let [y, other] = first;
+            [at(8, y), at(4, other), at(8, other)].join(", ")
+        };
+        let [a, b] = [tasks([2, 5]), tasks([5, 2])];
+        let typed = world([&a, &b], "");
+        let outcome = crate::plan_world(&typed, &Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        assert_eq!(super::missing(&world([""; 2], &again), &plan), [""; 0]);
     }
 
     #[test]

@@ -14,6 +14,7 @@ use std::cmp::Reverse;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use airflow::Flown;
 use costmap::volumes::iso_speed::IsoSpeedVolume;
 use costmap::wake::fleet::wake_of;
 use costmap::wake::surfaces::BlockingSurfaces;
@@ -566,7 +567,7 @@ impl Assignment<'_> {
         let tops = world.obstacles.iter().filter_map(top).collect();
         let surfaces = BlockingSurfaces::new(world.bounds_m.min.z, tops);
         let planning = &world.planning;
-        let (density_kg_per_m3, flown) = (world.air.density_kg_per_m3(), world.flown());
+        let (density_kg_per_m3, flown) = (world.air.density_kg_per_m3(), self.flown());
         let air = (&world.jet, &flown);
         let nearest_m = |place: usize| {
             let others = places
@@ -606,6 +607,14 @@ impl Assignment<'_> {
         kind_of.iter().map(|kind| barred[*kind].clone()).collect()
     }
 
+    /// The air as the whole fleet flies it.
+    fn flown(&self) -> Flown {
+        let vehicles = self.members.iter().filter_map(|it| it.vehicle.as_ref());
+        let accelerations = vehicles.map(|it| it.max_acceleration_mps2);
+        let flown = self.place.flown();
+        flown.accelerating(accelerations.fold(0.0, f64::max))
+    }
+
     /// What downwash costs where each drone of a group could be (s); empty where it is the same
     /// for every assignment.
     fn prices_s(&self, formation: &Formation, group: &[usize], places: &[Place]) -> Vec<Vec<f64>> {
@@ -634,7 +643,7 @@ impl Assignment<'_> {
             return Vec::new();
         }
         let density_kg_per_m3 = self.place.air.density_kg_per_m3();
-        let air = (&self.place.jet, &self.place.flown());
+        let air = (&self.place.jet, &self.flown());
         let wakes = kinds.iter().map(|kind| {
             let mass_kg = kind.airframe.mass_kg();
             wake_of(&kind.airframe, mass_kg, density_kg_per_m3, air)
