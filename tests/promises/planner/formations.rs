@@ -1,7 +1,7 @@
 //! Places that any drone of a group may take, all at one time.
 
 use planner::scenario::missing;
-use planner::{Control, plan_world};
+use planner::{Control, Files, plan_world};
 
 #[test]
 fn fleets_are_in_place_together_for_as_long_as_they_are_to_be() {
@@ -72,7 +72,9 @@ fn no_drone_takes_a_place_that_only_another_can_take() {
                 drones: [{}], formations: [({formation})])"#,
             drones.join(", ")
         );
-        let world = planner::read_world(&text).unwrap();
+        let leans =
+            |_: &str| Ok("Finding(verdict: library, effects: (wake_lean: (share: 1)))".to_owned());
+        let world = planner::read_world_with(&text, &Files::new(&leans)).unwrap();
         let outcome = plan_world(&world, &Control::QUIET).unwrap();
         let planner::Outcome::Safe(planned) = outcome else {
             panic!("{formation} in {place}");
@@ -94,6 +96,16 @@ fn no_drone_takes_a_place_that_only_another_can_take() {
     ] {
         planned(place, &pair, apart);
     }
+    // Its wake leans towards a zone as far as the fleet accelerates.
+    planned(
+        r#"air: (finding: "lean.ron"),
+            zones: [(name: "z", min_m: (13, 4, 0), max_m: (14, 6, 1), air_limit_mps: 1)],"#,
+        &[
+            ("matrice-300", [6.0, 5.0, 5.0]),
+            ("kolibri", [4.0, 9.0, 5.0]),
+        ],
+        "to_m: [(10, 5, 5), (3, 5, 5)], dwell_s: 1",
+    );
     // Too near to the next place.
     let three = [
         ("matrice-300", [2.0, 5.0, 3.0]),
