@@ -1234,7 +1234,8 @@ fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     let ends = |it: &DronePlan| {
         (
             (it.air_limit, it.at_end),
-            it.airborne_s.1,
+            // When it landed may be dropped with what it flew before.
+            it.airborne_s.1.map(|until_s| until_s.max(from_s)),
             it.trajectory.position_m.last().copied(),
         )
     };

@@ -515,3 +515,26 @@ fn a_drone_near_a_lost_neighbour_may_go_away_from_it_and_land_but_come_no_nearer
     });
     assert_eq!(area.ask(5.0, vec![land]), Ok(true));
 }
+
+#[test]
+fn a_drone_that_has_landed_is_the_same_once_its_flight_is_dropped() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let mut other = planner(&PAIR, "a1-0", [14.5, 8.5, 2.5]);
+    let land = OneChange::Land(Land {
+        drone: "a1-0-0".to_owned(),
+        over_m: Some([14.5, 4.5, 2.5]),
+    });
+    other.report(0.2, vec![land]).unwrap();
+    // What a neighbour flies is known, and does not change the plan.
+    let z = flies(&area, "z", &[(0.0, [12.5, 12.5, 2.5])]);
+    let told = border(60.0, 1, &[z]);
+    hear(&mut other, 60.0, "a0-0", Says::Border(told));
+    let before = other.border("a0-0", 61.0);
+    hear(&mut area, 61.0, "a1-0", Says::Border(before.clone()));
+    other.tick(130.0);
+    let after = other.border("a0-0", 130.0);
+    assert_eq!(after.revision, before.revision);
+    assert_ne!(after.drones, before.drones);
+    hear(&mut area, 130.0, "a1-0", Says::Border(after));
+    assert_eq!(contradiction(&area), None);
+}
