@@ -125,6 +125,8 @@ struct Neighbour {
     settled: u64,
     /// When it was heard (s).
     heard_s: Option<f64>,
+    /// When a border of it was taken (s): all of it was known then.
+    told_s: Option<f64>,
     /// Up to when it speaks for its drones (s).
     until_s: f64,
     /// What was agreed to, by number: room is kept for it.
@@ -865,10 +867,11 @@ impl Area {
                 // What is far off may have changed without this planner being told.
                 let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
                 let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
+                let most_m = JUMP_M + self.astray_m(from, known, at_s);
                 if let [Some(a), Some(b)] = places
                     && extent(known, at_s).is_some()
                     && is_inside(&near, &a)
-                    && off_m(known, at_s, &b) > JUMP_M
+                    && off_m(known, at_s, &b) > most_m
                 {
                     let off_m = (a - b).norm();
                     return Err(format!(
@@ -880,9 +883,22 @@ impl Area {
         Ok(())
     }
 
-    /// Whether drones move, since their planner was heard, as their airframes can.
+    /// How far a drone that one neighbour speaks of, and another did so far, may have flown by a
+    /// time (s) since both have told all that they fly (m).
+    fn astray_m(&self, from: &str, known: &DronePlan, at_s: f64) -> f64 {
+        let Some(owner) = self.theirs.get(&known.name) else {
+            return 0.0;
+        };
+        let told_s = [from, owner].map(|it| self.neighbours.get(it).and_then(|it| it.told_s));
+        let [Some(from_s), Some(owner_s)] = told_s else {
+            return f64::INFINITY;
+        };
+        known.airframe.max_speed_mps * (at_s - from_s.min(owner_s)).max(0.0)
+    }
+
+    /// Whether drones move, since their planner told of them all, as their airframes can.
     fn can_fly(&self, now_s: f64, from: &str, drones: &[DronePlan]) -> Result<(), String> {
-        let since_s = self.neighbours[from].heard_s.unwrap_or(now_s);
+        let since_s = self.neighbours[from].told_s.unwrap_or(now_s);
         let is_too_fast = |it: &Violation| {
             let kinds = [ViolationKind::Jump, ViolationKind::Speed];
             kinds.contains(&it.kind) && it.matters_from(since_s)
@@ -1060,6 +1076,7 @@ impl Area {
         if let Some(it) = self.neighbours.get_mut(from) {
             it.revision = border.revision;
             it.whole = border.revision;
+            it.told_s = Some(now_s);
             it.until_s = border.until_s;
             it.settled = it.settled.max(border.settled);
             it.number = it.number.max(border.settled);

@@ -538,3 +538,31 @@ fn a_drone_that_has_landed_is_the_same_once_its_flight_is_dropped() {
     hear(&mut area, 130.0, "a1-0", Says::Border(after));
     assert_eq!(contradiction(&area), None);
 }
+
+#[test]
+fn a_drone_is_heard_again_wherever_it_may_have_flown_meanwhile() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let [from, to] = [[14.5, 1.5, 2.5], [14.5, 14.5, 2.5]];
+    let x = flies(&area, "x", &[(0.0, from)]);
+    hear(&mut area, 1.0, "a1-0", Says::Border(border(1.0, 1, &[x])));
+    let x = flies(&area, "x", &[(0.0, from), (5.0, from), (15.0, to)]);
+    // What is heard first says nothing of it.
+    let (number, is_flown) = (1, false);
+    hear(
+        &mut area,
+        20.0,
+        "a1-0",
+        Says::Settle(Settled { number, is_flown }),
+    );
+    let told = |now_s, revision, x: &DronePlan| {
+        let drones = std::slice::from_ref(x);
+        Says::Border(border(now_s, revision, drones))
+    };
+    hear(&mut area, 20.0, "a1-0", told(20.0, 2, &x));
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    // Not so far in a moment.
+    let x = flies(&area, "x", &[(0.0, [21.5, 14.5, 2.5])]);
+    hear(&mut area, 20.1, "a1-0", told(20.1, 3, &x));
+    assert!(contradiction(&area).is_some_and(|it| it.contains("from where it said")));
+}
