@@ -1016,8 +1016,13 @@ impl Area {
             });
         }
         let known = &self.neighbours[from];
-        // Of what was taken from it, it may not know yet.
-        let was_its = |it: &&DronePlan| !self.owes(&it.name, from);
+        // Of what was taken from it, it may not know yet; nor may this planner of what was taken from
+        // here, and handed on.
+        let is_handed_on = |it: &DronePlan| {
+            self.own().any(|own| own.name == it.name)
+                && self.promised(&it.name).is_some_and(|area| area != from)
+        };
+        let was_its = |it: &&DronePlan| !self.owes(&it.name, from) && !is_handed_on(it);
         // Of what a third has taken near here, it may not know yet either: this planner was asked.
         let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
         let is_near = |name: &str| {

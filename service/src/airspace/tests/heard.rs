@@ -566,3 +566,31 @@ fn a_drone_is_heard_again_wherever_it_may_have_flown_meanwhile() {
     hear(&mut area, 20.1, "a1-0", told(20.1, 3, &x));
     assert!(contradiction(&area).is_some_and(|it| it.contains("from where it said")));
 }
+
+#[test]
+fn who_has_promised_a_drone_hears_the_planner_that_has_it_from_the_one_that_took_it() {
+    let here = [14.5, 14.5, 2.5];
+    let mut area = planner(&SQUARE, "a0-0", here);
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let taken = flies(&area, "a0-0-0", &[(1.0, here), (6.0, [20.5, 14.5, 2.5])]);
+    let asked = proposal(1, 1.0, &taken, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    // The word that it is flown is lost; `a1-1` has taken it from `a1-0` since.
+    let there = [20.5, 20.5, 2.5];
+    let on = flies(&area, "a0-0-0", &[(10.0, [20.5, 14.5, 2.5]), (15.0, there)]);
+    let y = flies(&area, "y", &[(0.0, [17.5, 19.5, 2.5])]);
+    let told = border(16.0, 1, &[on, y.clone()]);
+    hear(&mut area, 16.0, "a1-1", Says::Border(told));
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "y").trajectory, y.trajectory);
+    let (number, is_flown) = (1, true);
+    hear(
+        &mut area,
+        16.1,
+        "a1-0",
+        Says::Settle(Settled { number, is_flown }),
+    );
+    assert_eq!(contradiction(&area), None);
+    assert!(area.own().all(|it| it.name != "a0-0-0"));
+}
