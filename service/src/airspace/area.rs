@@ -133,6 +133,14 @@ struct Neighbour {
     agreed: BTreeMap<u64, Proposal>,
 }
 
+impl Neighbour {
+    /// Up to which proposal it is known of each what became of it.
+    fn knows(&self) -> u64 {
+        let open = self.agreed.keys().next();
+        open.map_or(self.settled, |open| self.settled.min(open - 1))
+    }
+}
+
 /// What this planner has proposed.
 #[derive(Clone, Debug)]
 struct Mine {
@@ -387,7 +395,7 @@ impl Area {
             at_s: now_s,
             until_s: ends_s.copied().fold(now_s + SPEAKS_S, f64::max),
             settled: self.settled,
-            heard: self.neighbours.get(neighbour).map_or(0, |it| it.settled),
+            heard: self.neighbours.get(neighbour).map_or(0, Neighbour::knows),
             drones,
             offers: (self.offered.values())
                 .filter(|(to, _)| to == neighbour)

@@ -594,3 +594,44 @@ fn who_has_promised_a_drone_hears_the_planner_that_has_it_from_the_one_that_took
     assert_eq!(contradiction(&area), None);
     assert!(area.own().all(|it| it.name != "a0-0-0"));
 }
+
+#[test]
+fn a_hand_over_is_not_known_because_a_later_proposal_is() {
+    let here = [14.5, 8.5, 2.5];
+    let mut area = planner(&PAIR, "a0-0", here);
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let taken = flies(&area, "a0-0-0", &[(1.0, here), (6.0, [20.5, 8.5, 2.5])]);
+    let asked = proposal(1, 1.0, &taken, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    // The word that it is flown is lost; that of the next is not.
+    let y = flies(&area, "y", &[(3.0, [20.5, 3.5, 2.5])]);
+    hear(
+        &mut area,
+        1.5,
+        "a1-0",
+        Says::Propose(proposal(2, 3.0, &y, None)),
+    );
+    assert_eq!(voted(&mut area), None);
+    let (settled, is_flown) = (2, true);
+    hear(
+        &mut area,
+        1.6,
+        "a1-0",
+        Says::Settle(Settled {
+            number: settled,
+            is_flown,
+        }),
+    );
+    assert_eq!(area.border("a1-0", 2.0).heard, 0);
+    let told = border(2.1, 3, &[taken, y]);
+    hear(
+        &mut area,
+        2.1,
+        "a1-0",
+        Says::Border(Border { settled, ..told }),
+    );
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(area.border("a1-0", 2.2).heard, 2);
+    assert!(area.own().all(|it| it.name != "a0-0-0"));
+}
