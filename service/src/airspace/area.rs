@@ -384,7 +384,7 @@ impl Area {
     /// All that may matter to a neighbour now.
     pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
         let is_told = |it: &&DronePlan| {
-            let is_near = || self.owns(&it.name, None) && self.matters(it, neighbour, now_s);
+            let is_near = || self.owns(&it.name) && self.matters(it, neighbour, now_s);
             self.owes(&it.name, neighbour) || is_near()
         };
         let drones = self.running.plan().drones.iter().filter(is_told);
@@ -510,15 +510,15 @@ impl Area {
         }
         let at_s = (now_s + self.site.lead_s).max(self.clock_s);
         let (candidate, changed) = self.planned(at_s, &changes, took.as_ref())?;
-        let taken = took.as_ref().map(|(_, offer)| &offer.drone[..]);
-        self.is_sound(&candidate, taken, at_s)?;
+        let comes = coming(&changes, took.as_ref());
+        self.is_sound(&candidate, &comes, at_s)?;
         let plan = candidate.plan();
         let found = |plan: &'_ Plan, name: &str| plan.drones.iter().position(|it| it.name == name);
         let mut asked = BTreeSet::new();
         for (area, neighbour) in &self.neighbours {
             for proposal in neighbour.agreed.values() {
                 let from_s = proposal.from_s.min(at_s);
-                let found = self.conflict(plan, taken, &proposal.drones, from_s);
+                let found = self.conflict(plan, &comes, &proposal.drones, from_s);
                 found.map_or(Ok(()), |it| Err(Refused::NotVerified(it)))?;
             }
             let matters = |name: &String| {
@@ -601,14 +601,10 @@ impl Area {
             |all: &[Refusal]| Refused::Changes(all.iter().map(|it| it.message.clone()).collect());
         let is_theirs = |name: &str| {
             let mut drones = self.running.plan().drones.iter();
-            let known = drones.find(|it| it.name == name && !self.owns(name, None));
+            let known = drones.find(|it| it.name == name && self.theirs.contains_key(name));
             known.is_some_and(|it| extent(it, at_s).is_some())
         };
-        let added = changes.iter().filter_map(|it| match it {
-            OneChange::Add(it) => Some(&it.drone),
-            _ => None,
-        });
-        let theirs = added.filter(|it| is_theirs(it));
+        let theirs = added(changes).filter(|it| is_theirs(it));
         let theirs: Vec<String> = theirs
             .map(|it| format!("`{it}` is a neighbour's; give the drone that comes another name"))
             .collect();
@@ -656,11 +652,16 @@ impl Area {
         }))
     }
 
-    /// Whether the verifier finds nothing new of own drones, one that is to be taken among them.
-    fn is_sound(&self, candidate: &Running, taken: Option<&str>, at_s: f64) -> Result<(), Refused> {
+    /// Whether the verifier finds nothing new of own drones, those that come among them.
+    fn is_sound(
+        &self,
+        candidate: &Running,
+        comes: &BTreeSet<&str>,
+        at_s: f64,
+    ) -> Result<(), Refused> {
         let known = &self.running.plan().violations;
         let is_new = |it: &&Violation| {
-            it.matters_from(at_s) && self.is_ours(it, taken) && !known.contains(it)
+            it.matters_from(at_s) && self.is_ours(it, comes) && !known.contains(it)
         };
         match candidate.plan().violations.iter().find(is_new) {
             Some(it) => Err(Refused::NotVerified(it.to_string())),
@@ -668,9 +669,9 @@ impl Area {
         }
     }
 
-    /// A drone of this planner is in it, or the one that it is to take.
-    fn is_ours(&self, it: &Violation, taken: Option<&str>) -> bool {
-        let is_own = |name: &str| self.owns(name, taken);
+    /// A drone of this planner is in it, or one that comes.
+    fn is_ours(&self, it: &Violation, comes: &BTreeSet<&str>) -> bool {
+        let is_own = |name: &str| comes.contains(name) || self.owns(name);
         is_own(&it.drone) || it.with.as_deref().is_some_and(is_own)
     }
 
@@ -680,16 +681,16 @@ impl Area {
         self.owed.contains_key(&owed)
     }
 
-    fn owns(&self, drone: &str, taken: Option<&str>) -> bool {
-        taken == Some(drone) || !self.theirs.contains_key(drone)
+    fn owns(&self, drone: &str) -> bool {
+        !self.theirs.contains_key(drone)
     }
 
-    /// What the verifier finds between own drones of a plan, one that is to be taken among them,
-    /// and what others fly from a time on (s).
+    /// What the verifier finds between own drones of a plan, those that come among them, and what
+    /// others fly from a time on (s).
     fn conflict(
         &self,
         plan: &Plan,
-        taken: Option<&str>,
+        comes: &BTreeSet<&str>,
         theirs: &[DronePlan],
         from_s: f64,
     ) -> Option<String> {
@@ -705,7 +706,7 @@ impl Area {
         let mut rules = self.rules.clone();
         rules.drones = plan.drones.iter().filter(is_near).cloned().collect();
         rules.drones.extend_from_slice(theirs);
-        let is_own = |name: &str| !is_theirs(name) && self.owns(name, taken);
+        let is_own = |name: &str| !is_theirs(name) && (comes.contains(name) || self.owns(name));
         let counts = |it: &Violation| {
             it.matters_from(from_s)
                 && (is_own(&it.drone) || it.with.as_deref().is_some_and(is_own))
@@ -746,14 +747,11 @@ impl Area {
         self.revision += 1;
         self.clock_s = self.clock_s.max(at_s);
         self.settled = self.settled.max(number);
-        for change in &changes {
-            if let OneChange::Add(it) = change {
-                self.theirs.remove(&it.drone);
-            }
+        for name in coming(&changes, took.as_ref()) {
+            self.theirs.remove(name);
         }
         if let Some((from, offer)) = &took {
             self.counts.taken += 1;
-            self.theirs.remove(&offer.drone);
             self.offers.retain(|(_, it)| it.drone != offer.drone);
             self.owed
                 .insert((offer.drone.clone(), from.clone()), number);
@@ -829,19 +827,21 @@ impl Area {
         {
             return Some(format!("`{drone}` is not offered"));
         }
-        let own = it.takes.as_deref().filter(|it| self.owns(it, None));
+        let own = it.takes.as_deref().filter(|it| self.owns(it));
         if let Some(area) = own.and_then(|it| self.promised(it))
             && area != from
         {
             return Some(format!("`{}` is promised to `{area}`", own?));
         }
         let from_s = it.from_s - SAME_S;
-        if let Some(found) = self.conflict(self.running.plan(), None, &it.drones, from_s) {
+        if let Some(found) =
+            self.conflict(self.running.plan(), &BTreeSet::new(), &it.drones, from_s)
+        {
             return Some(found);
         }
         let mine = self.mine.as_ref()?;
-        let taken = mine.took.as_ref().map(|(_, offer)| &offer.drone[..]);
-        let found = self.conflict(mine.candidate.plan(), taken, &it.drones, from_s)?;
+        let comes = coming(&mine.changes, mine.took.as_ref());
+        let found = self.conflict(mine.candidate.plan(), &comes, &it.drones, from_s)?;
         // Of two that propose at once the first by name goes first.
         if from < &self.name[..] {
             self.drop_mine();
@@ -868,7 +868,7 @@ impl Area {
             // What was offered may have been taken, and flown on, while nothing was heard.
             let is_known = takes == Some(name) || !self.is_taking(from, name);
             if let Some(known) = known.filter(|_| is_known) {
-                if takes != Some(name) && (self.owns(name, None) || self.owes(name, from)) {
+                if takes != Some(name) && (self.owns(name) || self.owes(name, from)) {
                     let owner = self.theirs.get(name).unwrap_or(&self.name);
                     return Err(format!("`{name}` is of `{owner}`"));
                 }
@@ -1121,8 +1121,9 @@ impl Area {
         self.note(at_s, (from, number), drones, false)?;
         let known = &before.plan().violations;
         let violations = self.running.plan().violations.iter();
-        let is_new =
-            |it: &Violation| it.matters_from(at_s) && self.is_ours(it, None) && !known.contains(it);
+        let is_new = |it: &Violation| {
+            it.matters_from(at_s) && self.is_ours(it, &BTreeSet::new()) && !known.contains(it)
+        };
         if !{ violations }.any(is_new) {
             return Ok(());
         }
@@ -1257,6 +1258,20 @@ impl Area {
             says,
         });
     }
+}
+
+/// The drones that are to be let in.
+fn added(changes: &[OneChange]) -> impl Iterator<Item = &str> {
+    changes.iter().filter_map(|it| match it {
+        OneChange::Add(it) => Some(&it.drone[..]),
+        _ => None,
+    })
+}
+
+/// The drones that are own with changes: those let in, and the one taken.
+fn coming<'a>(changes: &'a [OneChange], took: Option<&'a (String, Offer)>) -> BTreeSet<&'a str> {
+    let taken = took.map(|(_, offer)| &offer.drone[..]);
+    added(changes).chain(taken).collect()
 }
 
 /// Whether two say the same of what is still flown.

@@ -635,3 +635,30 @@ fn a_hand_over_is_not_known_because_a_later_proposal_is() {
     assert_eq!(area.border("a1-0", 2.2).heard, 2);
     assert!(area.own().all(|it| it.name != "a0-0-0"));
 }
+
+#[test]
+fn a_drone_that_comes_under_the_name_of_one_that_has_left_is_own_while_it_is_judged() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let there = [14.5, 3.5, 2.5];
+    let mut x = flies(&area, "x", &[(0.0, there), (1.0, there)]);
+    (x.at_end, x.airborne_s) = (AtEnd::Leave, (0.0, Some(1.0)));
+    hear(&mut area, 0.1, "a1-0", Says::Border(border(0.1, 1, &[x])));
+    let comes = OneChange::Add(Add {
+        drone: "x".to_owned(),
+        like: "a0-0-0".to_owned(),
+        start_m: there,
+        at_start: planner::plan::AtStart::Hover,
+        tasks: Vec::new(),
+        at_end: AtEnd::Hover,
+    });
+    let y = flies(&area, "y", &[(3.5, [19.5, 3.5, 2.5]), (6.5, there)]);
+    let asked = Says::Propose(proposal(1, 3.5, &y, None));
+    let mut agrees = area.clone();
+    hear(&mut agrees, 2.0, "a1-0", asked.clone());
+    assert_eq!(voted(&mut agrees), None);
+    let against = agrees.ask(2.1, vec![comes.clone()]).unwrap_err();
+    assert!(matches!(against, Refused::NotVerified(_)), "{against}");
+    assert_eq!(area.ask(2.0, vec![comes]), Ok(false));
+    hear(&mut area, 2.1, "a1-0", asked);
+    assert!(voted(&mut area).is_some_and(|it| it.contains("`x`")));
+}
