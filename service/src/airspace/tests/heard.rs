@@ -662,3 +662,40 @@ fn a_drone_that_comes_under_the_name_of_one_that_has_left_is_own_while_it_is_jud
     hear(&mut area, 2.1, "a1-0", asked);
     assert!(voted(&mut area).is_some_and(|it| it.contains("`x`")));
 }
+
+#[test]
+fn a_drone_that_changes_hands_hovers_in_both_plans_until_it_is_flown_on() {
+    let here = [14.5, 8.5, 2.5];
+    let mut first = planner(&PAIR, "a0-0", here);
+    let mut taker = planner(&PAIR, "a1-0", [26.5, 8.5, 2.5]);
+    let task = [20.5, 8.5, 2.5];
+    first.offer("a1-0", offer("a0-0-0", &[task])).unwrap();
+    let told = first.border("a1-0", 9.0);
+    hear(&mut taker, 9.0, "a0-0", Says::Border(told));
+    taker.tick(9.1);
+    let (_, asked) = proposed(&mut taker).remove(0);
+    let (number, is_flown) = (asked.number, true);
+    let from_s = asked.from_s;
+    hear(&mut first, 9.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut first), None);
+    let against = None;
+    hear(
+        &mut taker,
+        9.3,
+        "a0-0",
+        Says::Vote(Vote { number, against }),
+    );
+    hear(
+        &mut first,
+        9.4,
+        "a1-0",
+        Says::Settle(Settled { number, is_flown }),
+    );
+    for area in [&first, &taker] {
+        let entry = of(area.plan(), "a0-0-0");
+        assert_eq!(entry.trajectory.t_s[0], 0.0, "{}", area.name());
+        assert_eq!(entry.trajectory.position_m(from_s), Some(here.into()));
+        assert_eq!(entry.trajectory.position_m.last(), Some(&task.into()));
+    }
+    assert_eq!(contradiction(&first), None);
+}

@@ -320,9 +320,9 @@ fn judged(
         // Of a drone that two answer for, as who took it has it.
         let mut drones: BTreeMap<&str, &DronePlan> = BTreeMap::new();
         for it in now.values().flat_map(|(_, known)| known.values()) {
-            let begins_s = |it: &DronePlan| it.trajectory.t_s.first().copied().unwrap_or(0.0);
+            let ends_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
             let known = drones.get(&it.name[..]);
-            if known.is_none_or(|known| begins_s(known) < begins_s(it)) {
+            if known.is_none_or(|known| ends_s(known) < ends_s(it)) {
                 drones.insert(&it.name, it);
             }
         }
