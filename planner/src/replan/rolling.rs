@@ -854,13 +854,14 @@ impl Turn<'_> {
         self.ask(index, Cause::Late, settled, None);
     }
 
-    /// Lets a drone in at its start; it stays there until it has a path.
+    /// Lets a drone in at its start; it stays there until it has a path. One that another planner
+    /// has flown there hovers there before, too.
     fn add(&mut self, known: Option<usize>, drone: &Drone) {
         let index = known.unwrap_or(self.running.tracks.len());
         let grounded = drone.at_start == AtStart::Landed;
         let start = self.start(drone, drone.start_m, grounded);
-        let mass_kg = known.and_then(|it| self.hovers_laden_kg(it, drone));
-        let mass_kg = mass_kg.unwrap_or(drone.vehicle.airframe.mass_kg());
+        let hovers = known.and_then(|it| self.hovers(it, drone));
+        let (since, mass_kg) = hovers.unwrap_or((self.at, drone.vehicle.airframe.mass_kg()));
         let kind = self.running.job.kinds.kind(&drone.vehicle, mass_kg);
         match known {
             Some(index) => self.running.world.drones[index] = drone.clone(),
@@ -873,7 +874,10 @@ impl Turn<'_> {
             ..self.agent(index, start, kind, &drone.tasks)
         };
         let track = Track {
-            legs: vec![agent.stays_from_departure(&self.running.job.roadmap)],
+            legs: vec![Leg {
+                start: since,
+                ..agent.stays_from_departure(&self.running.job.roadmap)
+            }],
             agent,
             since: self.at,
             planned: true,
@@ -882,7 +886,7 @@ impl Turn<'_> {
             lingers: self.running.costmap.lingers(),
         };
         let mut entry = blank(&self.running.world, drone);
-        entry.enters_s = (self.at > Tick(0)).then(|| self.at.seconds());
+        entry.enters_s = (since > Tick(0)).then(|| since.seconds());
         match known {
             Some(index) => {
                 self.running.tracks[index] = track;
@@ -896,9 +900,9 @@ impl Turn<'_> {
         self.ask(index, Cause::Added, false, None);
     }
 
-    /// The mass (kg), with what it carries, of a drone that another planner has flown to where it
-    /// starts here.
-    fn hovers_laden_kg(&self, index: usize, drone: &Drone) -> Option<f64> {
+    /// Since when a drone that another planner has flown to where it starts here hovers there, and
+    /// its mass (kg) with what it carries.
+    fn hovers(&self, index: usize, drone: &Drone) -> Option<(Tick, f64)> {
         let entry = &self.running.plan.drones[index];
         let TrajectoryEntry {
             t_s,
@@ -906,10 +910,11 @@ impl Turn<'_> {
             mass_kg,
             ..
         } = &entry.trajectory;
+        let since = Tick(Tick::lasting(*t_s.last()?));
         let is_there = entry.at_end == AtEnd::Hover
-            && t_s.last().is_some_and(|it| *it <= self.at.seconds())
+            && since <= self.at
             && (position_m.last()? - drone.start_m).norm() < SAME_PLACE_M;
-        mass_kg.last().copied().filter(|_| is_there)
+        mass_kg.last().filter(|_| is_there).map(|kg| (since, *kg))
     }
 
     /// Gives a drone other tasks, and another end, from where it can do something else; its track

@@ -125,10 +125,20 @@ struct Neighbour {
     settled: u64,
     /// When it was heard (s).
     heard_s: Option<f64>,
+    /// When a border of it was taken (s): all of it was known then.
+    told_s: Option<f64>,
     /// Up to when it speaks for its drones (s).
     until_s: f64,
     /// What was agreed to, by number: room is kept for it.
     agreed: BTreeMap<u64, Proposal>,
+}
+
+impl Neighbour {
+    /// Up to which proposal it is known of each what became of it.
+    fn knows(&self) -> u64 {
+        let open = self.agreed.keys().next();
+        open.map_or(self.settled, |open| self.settled.min(open - 1))
+    }
 }
 
 /// What this planner has proposed.
@@ -374,7 +384,7 @@ impl Area {
     /// All that may matter to a neighbour now.
     pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
         let is_told = |it: &&DronePlan| {
-            let is_near = || self.owns(&it.name, None) && self.matters(it, neighbour, now_s);
+            let is_near = || self.owns(&it.name) && self.matters(it, neighbour, now_s);
             self.owes(&it.name, neighbour) || is_near()
         };
         let drones = self.running.plan().drones.iter().filter(is_told);
@@ -385,7 +395,7 @@ impl Area {
             at_s: now_s,
             until_s: ends_s.copied().fold(now_s + SPEAKS_S, f64::max),
             settled: self.settled,
-            heard: self.neighbours.get(neighbour).map_or(0, |it| it.settled),
+            heard: self.neighbours.get(neighbour).map_or(0, Neighbour::knows),
             drones,
             offers: (self.offered.values())
                 .filter(|(to, _)| to == neighbour)
@@ -500,15 +510,15 @@ impl Area {
         }
         let at_s = (now_s + self.site.lead_s).max(self.clock_s);
         let (candidate, changed) = self.planned(at_s, &changes, took.as_ref())?;
-        let taken = took.as_ref().map(|(_, offer)| &offer.drone[..]);
-        self.is_sound(&candidate, taken, at_s)?;
+        let comes = coming(&changes, took.as_ref());
+        self.is_sound(&candidate, &comes, at_s)?;
         let plan = candidate.plan();
         let found = |plan: &'_ Plan, name: &str| plan.drones.iter().position(|it| it.name == name);
         let mut asked = BTreeSet::new();
         for (area, neighbour) in &self.neighbours {
             for proposal in neighbour.agreed.values() {
                 let from_s = proposal.from_s.min(at_s);
-                let found = self.conflict(plan, taken, &proposal.drones, from_s);
+                let found = self.conflict(plan, &comes, &proposal.drones, from_s);
                 found.map_or(Ok(()), |it| Err(Refused::NotVerified(it)))?;
             }
             let matters = |name: &String| {
@@ -591,14 +601,10 @@ impl Area {
             |all: &[Refusal]| Refused::Changes(all.iter().map(|it| it.message.clone()).collect());
         let is_theirs = |name: &str| {
             let mut drones = self.running.plan().drones.iter();
-            let known = drones.find(|it| it.name == name && !self.owns(name, None));
+            let known = drones.find(|it| it.name == name && self.theirs.contains_key(name));
             known.is_some_and(|it| extent(it, at_s).is_some())
         };
-        let added = changes.iter().filter_map(|it| match it {
-            OneChange::Add(it) => Some(&it.drone),
-            _ => None,
-        });
-        let theirs = added.filter(|it| is_theirs(it));
+        let theirs = added(changes).filter(|it| is_theirs(it));
         let theirs: Vec<String> = theirs
             .map(|it| format!("`{it}` is a neighbour's; give the drone that comes another name"))
             .collect();
@@ -646,11 +652,16 @@ impl Area {
         }))
     }
 
-    /// Whether the verifier finds nothing new of own drones, one that is to be taken among them.
-    fn is_sound(&self, candidate: &Running, taken: Option<&str>, at_s: f64) -> Result<(), Refused> {
+    /// Whether the verifier finds nothing new of own drones, those that come among them.
+    fn is_sound(
+        &self,
+        candidate: &Running,
+        comes: &BTreeSet<&str>,
+        at_s: f64,
+    ) -> Result<(), Refused> {
         let known = &self.running.plan().violations;
         let is_new = |it: &&Violation| {
-            it.matters_from(at_s) && self.is_ours(it, taken) && !known.contains(it)
+            it.matters_from(at_s) && self.is_ours(it, comes) && !known.contains(it)
         };
         match candidate.plan().violations.iter().find(is_new) {
             Some(it) => Err(Refused::NotVerified(it.to_string())),
@@ -658,9 +669,9 @@ impl Area {
         }
     }
 
-    /// A drone of this planner is in it, or the one that it is to take.
-    fn is_ours(&self, it: &Violation, taken: Option<&str>) -> bool {
-        let is_own = |name: &str| self.owns(name, taken);
+    /// A drone of this planner is in it, or one that comes.
+    fn is_ours(&self, it: &Violation, comes: &BTreeSet<&str>) -> bool {
+        let is_own = |name: &str| comes.contains(name) || self.owns(name);
         is_own(&it.drone) || it.with.as_deref().is_some_and(is_own)
     }
 
@@ -670,16 +681,16 @@ impl Area {
         self.owed.contains_key(&owed)
     }
 
-    fn owns(&self, drone: &str, taken: Option<&str>) -> bool {
-        taken == Some(drone) || !self.theirs.contains_key(drone)
+    fn owns(&self, drone: &str) -> bool {
+        !self.theirs.contains_key(drone)
     }
 
-    /// What the verifier finds between own drones of a plan, one that is to be taken among them,
-    /// and what others fly from a time on (s).
+    /// What the verifier finds between own drones of a plan, those that come among them, and what
+    /// others fly from a time on (s).
     fn conflict(
         &self,
         plan: &Plan,
-        taken: Option<&str>,
+        comes: &BTreeSet<&str>,
         theirs: &[DronePlan],
         from_s: f64,
     ) -> Option<String> {
@@ -695,7 +706,7 @@ impl Area {
         let mut rules = self.rules.clone();
         rules.drones = plan.drones.iter().filter(is_near).cloned().collect();
         rules.drones.extend_from_slice(theirs);
-        let is_own = |name: &str| !is_theirs(name) && self.owns(name, taken);
+        let is_own = |name: &str| !is_theirs(name) && (comes.contains(name) || self.owns(name));
         let counts = |it: &Violation| {
             it.matters_from(from_s)
                 && (is_own(&it.drone) || it.with.as_deref().is_some_and(is_own))
@@ -736,14 +747,11 @@ impl Area {
         self.revision += 1;
         self.clock_s = self.clock_s.max(at_s);
         self.settled = self.settled.max(number);
-        for change in &changes {
-            if let OneChange::Add(it) = change {
-                self.theirs.remove(&it.drone);
-            }
+        for name in coming(&changes, took.as_ref()) {
+            self.theirs.remove(name);
         }
         if let Some((from, offer)) = &took {
             self.counts.taken += 1;
-            self.theirs.remove(&offer.drone);
             self.offers.retain(|(_, it)| it.drone != offer.drone);
             self.owed
                 .insert((offer.drone.clone(), from.clone()), number);
@@ -819,19 +827,21 @@ impl Area {
         {
             return Some(format!("`{drone}` is not offered"));
         }
-        let own = it.takes.as_deref().filter(|it| self.owns(it, None));
+        let own = it.takes.as_deref().filter(|it| self.owns(it));
         if let Some(area) = own.and_then(|it| self.promised(it))
             && area != from
         {
             return Some(format!("`{}` is promised to `{area}`", own?));
         }
         let from_s = it.from_s - SAME_S;
-        if let Some(found) = self.conflict(self.running.plan(), None, &it.drones, from_s) {
+        if let Some(found) =
+            self.conflict(self.running.plan(), &BTreeSet::new(), &it.drones, from_s)
+        {
             return Some(found);
         }
         let mine = self.mine.as_ref()?;
-        let taken = mine.took.as_ref().map(|(_, offer)| &offer.drone[..]);
-        let found = self.conflict(mine.candidate.plan(), taken, &it.drones, from_s)?;
+        let comes = coming(&mine.changes, mine.took.as_ref());
+        let found = self.conflict(mine.candidate.plan(), &comes, &it.drones, from_s)?;
         // Of two that propose at once the first by name goes first.
         if from < &self.name[..] {
             self.drop_mine();
@@ -858,17 +868,18 @@ impl Area {
             // What was offered may have been taken, and flown on, while nothing was heard.
             let is_known = takes == Some(name) || !self.is_taking(from, name);
             if let Some(known) = known.filter(|_| is_known) {
-                if takes != Some(name) && (self.owns(name, None) || self.owes(name, from)) {
+                if takes != Some(name) && (self.owns(name) || self.owes(name, from)) {
                     let owner = self.theirs.get(name).unwrap_or(&self.name);
                     return Err(format!("`{name}` is of `{owner}`"));
                 }
                 // What is far off may have changed without this planner being told.
                 let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
                 let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
+                let most_m = JUMP_M + self.astray_m(from, known, at_s);
                 if let [Some(a), Some(b)] = places
                     && extent(known, at_s).is_some()
                     && is_inside(&near, &a)
-                    && off_m(known, at_s, &b) > JUMP_M
+                    && off_m(known, at_s, &b) > most_m
                 {
                     let off_m = (a - b).norm();
                     return Err(format!(
@@ -880,9 +891,22 @@ impl Area {
         Ok(())
     }
 
-    /// Whether drones move, since their planner was heard, as their airframes can.
+    /// How far a drone that one neighbour speaks of, and another did so far, may have flown by a
+    /// time (s) since both have told all that they fly (m).
+    fn astray_m(&self, from: &str, known: &DronePlan, at_s: f64) -> f64 {
+        let Some(owner) = self.theirs.get(&known.name) else {
+            return 0.0;
+        };
+        let told_s = [from, owner].map(|it| self.neighbours.get(it).and_then(|it| it.told_s));
+        let [Some(from_s), Some(owner_s)] = told_s else {
+            return f64::INFINITY;
+        };
+        known.airframe.max_speed_mps * (at_s - from_s.min(owner_s)).max(0.0)
+    }
+
+    /// Whether drones move, since their planner told of them all, as their airframes can.
     fn can_fly(&self, now_s: f64, from: &str, drones: &[DronePlan]) -> Result<(), String> {
-        let since_s = self.neighbours[from].heard_s.unwrap_or(now_s);
+        let since_s = self.neighbours[from].told_s.unwrap_or(now_s);
         let is_too_fast = |it: &Violation| {
             let kinds = [ViolationKind::Jump, ViolationKind::Speed];
             kinds.contains(&it.kind) && it.matters_from(since_s)
@@ -1000,8 +1024,13 @@ impl Area {
             });
         }
         let known = &self.neighbours[from];
-        // Of what was taken from it, it may not know yet.
-        let was_its = |it: &&DronePlan| !self.owes(&it.name, from);
+        // Of what was taken from it, it may not know yet; nor may this planner of what was taken from
+        // here, and handed on.
+        let is_handed_on = |it: &DronePlan| {
+            self.own().any(|own| own.name == it.name)
+                && self.promised(&it.name).is_some_and(|area| area != from)
+        };
+        let was_its = |it: &&DronePlan| !self.owes(&it.name, from) && !is_handed_on(it);
         // Of what a third has taken near here, it may not know yet either: this planner was asked.
         let near = grown(&self.running.plan().bounds_m, self.site.reach_m);
         let is_near = |name: &str| {
@@ -1060,6 +1089,7 @@ impl Area {
         if let Some(it) = self.neighbours.get_mut(from) {
             it.revision = border.revision;
             it.whole = border.revision;
+            it.told_s = Some(now_s);
             it.until_s = border.until_s;
             it.settled = it.settled.max(border.settled);
             it.number = it.number.max(border.settled);
@@ -1091,8 +1121,9 @@ impl Area {
         self.note(at_s, (from, number), drones, false)?;
         let known = &before.plan().violations;
         let violations = self.running.plan().violations.iter();
-        let is_new =
-            |it: &Violation| it.matters_from(at_s) && self.is_ours(it, None) && !known.contains(it);
+        let is_new = |it: &Violation| {
+            it.matters_from(at_s) && self.is_ours(it, &BTreeSet::new()) && !known.contains(it)
+        };
         if !{ violations }.any(is_new) {
             return Ok(());
         }
@@ -1229,12 +1260,27 @@ impl Area {
     }
 }
 
+/// The drones that are to be let in.
+fn added(changes: &[OneChange]) -> impl Iterator<Item = &str> {
+    changes.iter().filter_map(|it| match it {
+        OneChange::Add(it) => Some(&it.drone[..]),
+        _ => None,
+    })
+}
+
+/// The drones that are own with changes: those let in, and the one taken.
+fn coming<'a>(changes: &'a [OneChange], took: Option<&'a (String, Offer)>) -> BTreeSet<&'a str> {
+    let taken = took.map(|(_, offer)| &offer.drone[..]);
+    added(changes).chain(taken).collect()
+}
+
 /// Whether two say the same of what is still flown.
 fn is_same(a: &DronePlan, b: &DronePlan, from_s: f64) -> bool {
     let ends = |it: &DronePlan| {
         (
             (it.air_limit, it.at_end),
-            it.airborne_s.1,
+            // When it landed may be dropped with what it flew before.
+            it.airborne_s.1.map(|until_s| until_s.max(from_s)),
             it.trajectory.position_m.last().copied(),
         )
     };

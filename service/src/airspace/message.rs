@@ -55,7 +55,7 @@ pub struct Border {
     pub until_s: f64,
     /// The number of its last proposal that is settled.
     pub settled: u64,
-    /// The number of the receiver's last proposal that it knows to be settled.
+    /// The number of the receiver's last proposal up to which the sender knows them to be settled.
     pub heard: u64,
     /// What comes near the receiver's world, or was taken from it: what would and is not among them
     /// is not there any more.

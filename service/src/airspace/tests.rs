@@ -123,9 +123,9 @@ fn union<'a>(areas: impl Iterator<Item = &'a Area>, whole_m: &Bounds) -> Plan {
     for area in areas {
         plan = plan.or_else(|| Some(area.plan().clone()));
         for it in area.own() {
-            let begins_s = |it: &DronePlan| it.trajectory.t_s[0];
+            let ends_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
             let known = drones.get(&it.name);
-            if known.is_none_or(|known| begins_s(known) < begins_s(it)) {
+            if known.is_none_or(|known| ends_s(known) < ends_s(it)) {
                 drones.insert(it.name.clone(), it.clone());
             }
         }

@@ -972,7 +972,14 @@ fn what_another_planner_flies_is_kept_clear_of_and_changes_hands_both_ways() {
             .expect("in order");
         sound(&running);
         let entry = find(running.plan(), "lifter");
-        assert_eq!(entry.enters_s, Some(40.0));
+        // Where it hovered until then is flown here, too.
+        let flown_s = theirs.drones[0].trajectory.t_s.last().expect("its flight");
+        let enters_s = entry.enters_s.expect("it comes later");
+        assert!((enters_s - flown_s).abs() < 0.011, "{enters_s} {flown_s}");
+        assert_eq!(
+            entry.trajectory.position_m(enters_s),
+            Some(Point3::new(9.5, 11.5, 4.5))
+        );
         assert_eq!(
             entry.trajectory.position_m(80.0),
             Some(Point3::new(3.5, 11.5, 4.5))

@@ -515,3 +515,187 @@ fn a_drone_near_a_lost_neighbour_may_go_away_from_it_and_land_but_come_no_nearer
     });
     assert_eq!(area.ask(5.0, vec![land]), Ok(true));
 }
+
+#[test]
+fn a_drone_that_has_landed_is_the_same_once_its_flight_is_dropped() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let mut other = planner(&PAIR, "a1-0", [14.5, 8.5, 2.5]);
+    let land = OneChange::Land(Land {
+        drone: "a1-0-0".to_owned(),
+        over_m: Some([14.5, 4.5, 2.5]),
+    });
+    other.report(0.2, vec![land]).unwrap();
+    // What a neighbour flies is known, and does not change the plan.
+    let z = flies(&area, "z", &[(0.0, [12.5, 12.5, 2.5])]);
+    let told = border(60.0, 1, &[z]);
+    hear(&mut other, 60.0, "a0-0", Says::Border(told));
+    let before = other.border("a0-0", 61.0);
+    hear(&mut area, 61.0, "a1-0", Says::Border(before.clone()));
+    other.tick(130.0);
+    let after = other.border("a0-0", 130.0);
+    assert_eq!(after.revision, before.revision);
+    assert_ne!(after.drones, before.drones);
+    hear(&mut area, 130.0, "a1-0", Says::Border(after));
+    assert_eq!(contradiction(&area), None);
+}
+
+#[test]
+fn a_drone_is_heard_again_wherever_it_may_have_flown_meanwhile() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let [from, to] = [[14.5, 1.5, 2.5], [14.5, 14.5, 2.5]];
+    let x = flies(&area, "x", &[(0.0, from)]);
+    hear(&mut area, 1.0, "a1-0", Says::Border(border(1.0, 1, &[x])));
+    let x = flies(&area, "x", &[(0.0, from), (5.0, from), (15.0, to)]);
+    // What is heard first says nothing of it.
+    let (number, is_flown) = (1, false);
+    hear(
+        &mut area,
+        20.0,
+        "a1-0",
+        Says::Settle(Settled { number, is_flown }),
+    );
+    let told = |now_s, revision, x: &DronePlan| {
+        let drones = std::slice::from_ref(x);
+        Says::Border(border(now_s, revision, drones))
+    };
+    hear(&mut area, 20.0, "a1-0", told(20.0, 2, &x));
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    // Not so far in a moment.
+    let x = flies(&area, "x", &[(0.0, [21.5, 14.5, 2.5])]);
+    hear(&mut area, 20.1, "a1-0", told(20.1, 3, &x));
+    assert!(contradiction(&area).is_some_and(|it| it.contains("from where it said")));
+}
+
+#[test]
+fn who_has_promised_a_drone_hears_the_planner_that_has_it_from_the_one_that_took_it() {
+    let here = [14.5, 14.5, 2.5];
+    let mut area = planner(&SQUARE, "a0-0", here);
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let taken = flies(&area, "a0-0-0", &[(1.0, here), (6.0, [20.5, 14.5, 2.5])]);
+    let asked = proposal(1, 1.0, &taken, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    // The word that it is flown is lost; `a1-1` has taken it from `a1-0` since.
+    let there = [20.5, 20.5, 2.5];
+    let on = flies(&area, "a0-0-0", &[(10.0, [20.5, 14.5, 2.5]), (15.0, there)]);
+    let y = flies(&area, "y", &[(0.0, [17.5, 19.5, 2.5])]);
+    let told = border(16.0, 1, &[on, y.clone()]);
+    hear(&mut area, 16.0, "a1-1", Says::Border(told));
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(of(area.plan(), "y").trajectory, y.trajectory);
+    let (number, is_flown) = (1, true);
+    hear(
+        &mut area,
+        16.1,
+        "a1-0",
+        Says::Settle(Settled { number, is_flown }),
+    );
+    assert_eq!(contradiction(&area), None);
+    assert!(area.own().all(|it| it.name != "a0-0-0"));
+}
+
+#[test]
+fn a_hand_over_is_not_known_because_a_later_proposal_is() {
+    let here = [14.5, 8.5, 2.5];
+    let mut area = planner(&PAIR, "a0-0", here);
+    area.offer("a1-0", offer("a0-0-0", &[])).unwrap();
+    let taken = flies(&area, "a0-0-0", &[(1.0, here), (6.0, [20.5, 8.5, 2.5])]);
+    let asked = proposal(1, 1.0, &taken, Some("a0-0-0"));
+    hear(&mut area, 0.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut area), None);
+    // The word that it is flown is lost; that of the next is not.
+    let y = flies(&area, "y", &[(3.0, [20.5, 3.5, 2.5])]);
+    hear(
+        &mut area,
+        1.5,
+        "a1-0",
+        Says::Propose(proposal(2, 3.0, &y, None)),
+    );
+    assert_eq!(voted(&mut area), None);
+    let (settled, is_flown) = (2, true);
+    hear(
+        &mut area,
+        1.6,
+        "a1-0",
+        Says::Settle(Settled {
+            number: settled,
+            is_flown,
+        }),
+    );
+    assert_eq!(area.border("a1-0", 2.0).heard, 0);
+    let told = border(2.1, 3, &[taken, y]);
+    hear(
+        &mut area,
+        2.1,
+        "a1-0",
+        Says::Border(Border { settled, ..told }),
+    );
+    assert_eq!(contradiction(&area), None);
+    assert_eq!(area.border("a1-0", 2.2).heard, 2);
+    assert!(area.own().all(|it| it.name != "a0-0-0"));
+}
+
+#[test]
+fn a_drone_that_comes_under_the_name_of_one_that_has_left_is_own_while_it_is_judged() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let there = [14.5, 3.5, 2.5];
+    let mut x = flies(&area, "x", &[(0.0, there), (1.0, there)]);
+    (x.at_end, x.airborne_s) = (AtEnd::Leave, (0.0, Some(1.0)));
+    hear(&mut area, 0.1, "a1-0", Says::Border(border(0.1, 1, &[x])));
+    let comes = OneChange::Add(Add {
+        drone: "x".to_owned(),
+        like: "a0-0-0".to_owned(),
+        start_m: there,
+        at_start: planner::plan::AtStart::Hover,
+        tasks: Vec::new(),
+        at_end: AtEnd::Hover,
+    });
+    let y = flies(&area, "y", &[(3.5, [19.5, 3.5, 2.5]), (6.5, there)]);
+    let asked = Says::Propose(proposal(1, 3.5, &y, None));
+    let mut agrees = area.clone();
+    hear(&mut agrees, 2.0, "a1-0", asked.clone());
+    assert_eq!(voted(&mut agrees), None);
+    let against = agrees.ask(2.1, vec![comes.clone()]).unwrap_err();
+    assert!(matches!(against, Refused::NotVerified(_)), "{against}");
+    assert_eq!(area.ask(2.0, vec![comes]), Ok(false));
+    hear(&mut area, 2.1, "a1-0", asked);
+    assert!(voted(&mut area).is_some_and(|it| it.contains("`x`")));
+}
+
+#[test]
+fn a_drone_that_changes_hands_hovers_in_both_plans_until_it_is_flown_on() {
+    let here = [14.5, 8.5, 2.5];
+    let mut first = planner(&PAIR, "a0-0", here);
+    let mut taker = planner(&PAIR, "a1-0", [26.5, 8.5, 2.5]);
+    let task = [20.5, 8.5, 2.5];
+    first.offer("a1-0", offer("a0-0-0", &[task])).unwrap();
+    let told = first.border("a1-0", 9.0);
+    hear(&mut taker, 9.0, "a0-0", Says::Border(told));
+    taker.tick(9.1);
+    let (_, asked) = proposed(&mut taker).remove(0);
+    let (number, is_flown) = (asked.number, true);
+    let from_s = asked.from_s;
+    hear(&mut first, 9.2, "a1-0", Says::Propose(asked));
+    assert_eq!(voted(&mut first), None);
+    let against = None;
+    hear(
+        &mut taker,
+        9.3,
+        "a0-0",
+        Says::Vote(Vote { number, against }),
+    );
+    hear(
+        &mut first,
+        9.4,
+        "a1-0",
+        Says::Settle(Settled { number, is_flown }),
+    );
+    for area in [&first, &taker] {
+        let entry = of(area.plan(), "a0-0-0");
+        assert_eq!(entry.trajectory.t_s[0], 0.0, "{}", area.name());
+        assert_eq!(entry.trajectory.position_m(from_s), Some(here.into()));
+        assert_eq!(entry.trajectory.position_m.last(), Some(&task.into()));
+    }
+    assert_eq!(contradiction(&first), None);
+}

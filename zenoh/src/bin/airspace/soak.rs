@@ -23,7 +23,7 @@ const STARTS_S: f64 = 4.0;
 /// How long a killed planner is away, and one is cut off by default (s).
 const AWAY_S: f64 = 4.0;
 /// How long two planners may answer for a drone that changes hands, or none (s): until the next
-/// borders have made good what was lost. Longer by as long as one is away or cut off. Chosen here.
+/// borders have made good what was lost. Chosen here.
 const CHANGES_HANDS_S: f64 = 5.0;
 
 #[derive(Args, Debug)]
@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     kill: bool,
     /// Cut one off for so long, at the middle of the time (s)
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = from_0)]
     cut: Option<f64>,
     /// Where journals and what was flown are kept
     #[arg(long, default_value = "out/airspace")]
@@ -52,6 +52,14 @@ fn above_0(text: &str) -> Result<f64, String> {
     match value.is_finite() && value > 0.0 {
         true => Ok(value),
         false => Err("must be above 0".to_owned()),
+    }
+}
+
+fn from_0(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number")?;
+    match value.is_finite() && value >= 0.0 {
+        true => Ok(value),
+        false => Err("must be 0 or more".to_owned()),
     }
 }
 
@@ -129,13 +137,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
     for (it, port) in running.iter_mut().zip(&ports) {
         port.store(it.port()?, Ordering::Relaxed);
     }
-    let wait_until = |at_s: f64| -> Result<(), Broken> {
+    // Gives when it is then.
+    let wait_until = |at_s: f64| -> Result<f64, Broken> {
         let left_s = begins_s + at_s - unix_s()?;
         thread::sleep(Duration::from_secs_f64(left_s.max(0.0)));
-        Ok(())
+        Ok(unix_s()? - begins_s)
     };
+    // From when to when one was away, or cut off (s).
+    let mut away_s = Vec::new();
     if arguments.kill {
-        wait_until(0.25 * arguments.seconds)?;
+        let from_s = wait_until(0.25 * arguments.seconds)?;
         let index = names.len() / 2;
         let it = &mut running[index];
         it.child.kill()?;
@@ -146,12 +157,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
         ports[index].store(again.port()?, Ordering::Relaxed);
         again.flown.splice(0..0, it.flown.drain(..));
         *it = again;
+        away_s.push((from_s, wait_until(0.0)?));
     }
     if let Some(cut_s) = arguments.cut {
-        wait_until(0.5 * arguments.seconds)?;
+        let from_s = wait_until(0.5 * arguments.seconds)?;
         blocked[0].store(true, Ordering::Relaxed);
-        wait_until(0.5 * arguments.seconds + cut_s)?;
+        let until_s = wait_until(0.5 * arguments.seconds + cut_s)?;
         blocked[0].store(false, Ordering::Relaxed);
+        away_s.push((from_s, until_s));
     }
     let mut counted = Vec::new();
     let mut flown = BTreeMap::new();
@@ -166,7 +179,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Broken> {
         flown.insert(name.clone(), std::mem::take(&mut it.flown));
     }
     let rules = rules(arguments)?;
-    let found = judged(arguments, &rules, &flown)?;
+    let found = judged(arguments, &rules, &flown, &away_s)?;
     Ok(told(arguments, &counted, &found))
 }
 
@@ -207,17 +220,19 @@ struct Answers {
     seen: BTreeMap<String, Option<f64>>,
     /// Those that more than one answers for, since when (s).
     doubled: BTreeMap<String, f64>,
+    /// Those that were doubled or missing for longer than it may be, with when that was first told.
+    wrong: BTreeMap<String, String>,
 }
 
 impl Answers {
-    /// What is told of a moment, given the drones of each planner: those that are doubled or missing
-    /// for longer than it may be (s).
+    /// Looks at a moment, given the drones of each planner, and from when to when planners were away
+    /// (s): it may be longer by that, until the next borders.
     fn look<'a>(
         &mut self,
         at_s: f64,
-        most_s: f64,
+        away_s: &[(f64, f64)],
         own: impl Iterator<Item = &'a BTreeSet<String>>,
-    ) -> Vec<String> {
+    ) {
         let mut counts: BTreeMap<&String, usize> = BTreeMap::new();
         for name in own.flatten() {
             *counts.entry(name).or_default() += 1;
@@ -235,13 +250,22 @@ impl Answers {
                 missing_s.get_or_insert(at_s);
             }
         }
+        let is_away =
+            |(from_s, until_s): &&(f64, f64)| (*from_s..=until_s + CHANGES_HANDS_S).contains(&at_s);
+        let away_s = away_s.iter().filter(is_away);
+        let most_s = CHANGES_HANDS_S
+            + away_s
+                .map(|(from_s, until_s)| until_s - from_s)
+                .sum::<f64>();
         let is_long = |since_s: f64| at_s - since_s > most_s;
         let doubled = self.doubled.iter().filter(|(_, it)| is_long(**it));
-        let doubled = doubled.map(|(it, _)| format!("`{it}` is of more than one planner"));
+        let doubled = doubled.map(|(name, _)| (name, "more than one planner"));
         let missing = self.seen.iter().filter(|(_, it)| it.is_some_and(is_long));
-        let missing = missing.map(|(it, _)| format!("`{it}` is of no planner"));
-        let told = doubled.chain(missing);
-        told.map(|it| format!("at {at_s:.1} s: {it}")).collect()
+        let missing = missing.map(|(name, _)| (name, "no planner"));
+        for (name, of) in doubled.chain(missing) {
+            let told = || format!("at {at_s:.1} s: `{name}` is of {of}");
+            self.wrong.entry(name.clone()).or_insert_with(told);
+        }
     }
 }
 
@@ -260,6 +284,7 @@ fn judged(
     arguments: &Arguments,
     rules: &Plan,
     files: &BTreeMap<String, Vec<PathBuf>>,
+    away_s: &[(f64, f64)],
 ) -> Result<Found, Broken> {
     let mut events: Vec<(String, Flown)> = Vec::new();
     for (area, files) in files {
@@ -283,8 +308,6 @@ fn judged(
     let mut at_s = arguments.every;
     let mut last = None;
     let mut answers = Answers::default();
-    let away_s = if arguments.kill { AWAY_S } else { 0.0 };
-    let most_s = CHANGES_HANDS_S + away_s + arguments.cut.unwrap_or(0.0);
     while at_s <= arguments.seconds {
         while let Some((area, it)) = events.next_if(|(_, it)| it.at_s <= at_s) {
             let (own, known) = now.entry(area).or_default();
@@ -293,13 +316,13 @@ fn judged(
             known.retain(|name, _| own.contains(name));
         }
         let own = now.values().map(|(own, _)| own);
-        found.wrong_owners.extend(answers.look(at_s, most_s, own));
+        answers.look(at_s, away_s, own);
         // Of a drone that two answer for, as who took it has it.
         let mut drones: BTreeMap<&str, &DronePlan> = BTreeMap::new();
         for it in now.values().flat_map(|(_, known)| known.values()) {
-            let begins_s = |it: &DronePlan| it.trajectory.t_s.first().copied().unwrap_or(0.0);
+            let ends_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
             let known = drones.get(&it.name[..]);
-            if known.is_none_or(|known| begins_s(known) < begins_s(it)) {
+            if known.is_none_or(|known| ends_s(known) < ends_s(it)) {
                 drones.insert(&it.name, it);
             }
         }
@@ -318,6 +341,7 @@ fn judged(
         at_s += arguments.every;
         last = Some(plan);
     }
+    found.wrong_owners = answers.wrong.into_values().collect();
     if let Some(plan) = last {
         write(&arguments.out.join("union.json"), &plan)?;
     }
@@ -412,8 +436,10 @@ mod tests {
     fn a_drone_of_two_planners_or_of_none_is_told_where_that_lasts() {
         let own = |names: [&str; 2]| names.map(|it| BTreeSet::from([it.to_owned()]));
         let mut answers = Answers::default();
-        let mut look =
-            |at_s: f64, names: [&str; 2]| answers.look(at_s, CHANGES_HANDS_S, own(names).iter());
+        let mut look = |at_s: f64, names: [&str; 2]| {
+            answers.look(at_s, &[], own(names).iter());
+            answers.wrong.values().cloned().collect::<Vec<String>>()
+        };
         for (at_s, names) in [(1.0, ["a", "b"]), (2.0, ["a", "a"]), (7.0, ["a", "a"])] {
             assert_eq!(look(at_s, names), [""; 0]);
         }
@@ -421,14 +447,32 @@ mod tests {
             "at 7.5 s: `a` is of more than one planner",
             "at 7.5 s: `b` is of no planner",
         ];
-        assert_eq!(look(7.5, ["a", "a"]), told);
-        assert_eq!(look(8.0, ["b", "a"]), [""; 0]);
+        // Once, however often it is looked at.
+        for (at_s, names) in [(7.5, ["a", "a"]), (8.0, ["a", "a"]), (8.5, ["b", "a"])] {
+            assert_eq!(look(at_s, names), told);
+        }
     }
 
     #[test]
-    fn times_between_two_looks_are_above_0() {
+    fn while_a_planner_is_away_and_no_longer_it_may_last_as_long() {
+        let own = [BTreeSet::from(["a".to_owned()]), BTreeSet::new()];
+        let [two, one] = [[0, 0], [0, 1]].map(|it| it.map(|it| own[it].clone()));
+        for (since_s, first_s) in [(10.0, "15.5"), (20.0, "29.5"), (30.0, "35.5")] {
+            let mut answers = Answers::default();
+            for at_s in (2..80).map(|it| 0.5 * f64::from(it)) {
+                let own = if at_s < since_s { &one } else { &two };
+                answers.look(at_s, &[(20.0, 24.0)], own.iter());
+            }
+            let told = format!("at {first_s} s: `a` is of more than one planner");
+            assert_eq!(answers.wrong["a"], told);
+        }
+    }
+
+    #[test]
+    fn times_between_two_looks_are_above_0_and_a_cut_may_take_none() {
         for wrong in ["0", "-1", "inf", "NaN", "x"] {
             assert!(above_0(wrong).is_err(), "{wrong}");
+            assert_eq!(from_0(wrong).is_err(), wrong != "0", "{wrong}");
         }
         assert_eq!(above_0("0.5"), Ok(0.5));
     }
