@@ -1024,8 +1024,8 @@ impl Area {
             });
         }
         let known = &self.neighbours[from];
-        // Of what was taken from it, it may not know yet; nor may this planner of what was taken from
-        // here, and handed on.
+        // Of what was taken from it, it may not know yet; nor may this planner of what was taken
+        // from here, and handed on.
         let is_handed_on = |it: &DronePlan| {
             self.own().any(|own| own.name == it.name)
                 && self.promised(&it.name).is_some_and(|area| area != from)
