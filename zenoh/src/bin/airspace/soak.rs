@@ -225,8 +225,8 @@ struct Answers {
 }
 
 impl Answers {
-    /// Looks at a moment, given the drones of each planner, and from when to when planners were away
-    /// (s): it may be longer by that, until the next borders.
+    /// Looks at a moment, given the drones of each planner, and from when to when planners were
+    /// away (s): it may be longer by that, until the next borders.
     fn look<'a>(
         &mut self,
         at_s: f64,
