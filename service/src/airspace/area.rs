@@ -868,7 +868,9 @@ impl Area {
             // What was offered may have been taken, and flown on, while nothing was heard.
             let is_known = takes == Some(name) || !self.is_taking(from, name);
             if let Some(known) = known.filter(|_| is_known) {
-                if takes != Some(name) && (self.owns(name) || self.owes(name, from)) {
+                // One that has left is no longer in the way of its name.
+                let is_own = self.owns(name) && extent(known, at_s).is_some();
+                if takes != Some(name) && (is_own || self.owes(name, from)) {
                     let owner = self.theirs.get(name).unwrap_or(&self.name);
                     return Err(format!("`{name}` is of `{owner}`"));
                 }
@@ -1226,15 +1228,15 @@ impl Area {
         }
     }
 
-    /// Proposes to take the first drone that is offered and hovers by then.
+    /// Proposes to take the first drone that is offered and hovers: what it still flies would be in
+    /// no plan.
     fn take_offer(&mut self, now_s: f64) {
-        let at_s = (now_s + self.site.lead_s).max(self.clock_s);
         let hovers = |drone: &str| {
             let mut drones = self.running.plan().drones.iter();
             let entry = drones.find(|it| it.name == drone);
             entry.is_some_and(|it| {
                 let last_s = it.trajectory.t_s.last().copied().unwrap_or(0.0);
-                it.at_end == AtEnd::Hover && last_s <= at_s
+                it.at_end == AtEnd::Hover && last_s <= now_s
             })
         };
         let from = |drone: &str| self.theirs.get(drone);

@@ -699,3 +699,42 @@ fn a_drone_that_changes_hands_hovers_in_both_plans_until_it_is_flown_on() {
     }
     assert_eq!(contradiction(&first), None);
 }
+
+#[test]
+fn a_neighbours_drone_may_come_under_the_name_of_an_own_one_that_has_left() {
+    let mut area = planner(&PAIR, "a0-0", [3.5, 8.5, 2.5]);
+    let leaves = OneChange::Add(Add {
+        drone: "x".to_owned(),
+        like: "a0-0-0".to_owned(),
+        start_m: [3.5, 4.5, 2.5],
+        at_start: planner::plan::AtStart::Hover,
+        tasks: Vec::new(),
+        at_end: AtEnd::Leave,
+    });
+    assert_eq!(area.ask(0.0, vec![leaves]), Ok(true));
+    let comes = [(3.5, [19.5, 3.5, 2.5]), (6.5, [14.5, 3.5, 2.5])];
+    let x = flies(&area, "x", &comes);
+    hear(
+        &mut area,
+        2.0,
+        "a1-0",
+        Says::Propose(proposal(1, 3.5, &x, None)),
+    );
+    assert_eq!(voted(&mut area), None);
+}
+
+#[test]
+fn what_is_offered_is_taken_once_it_hovers() {
+    let mut taker = planner(&PAIR, "a1-0", [26.5, 8.5, 2.5]);
+    let here = [14.5, 8.5, 2.5];
+    let d = flies(&taker, "d", &[(0.0, [3.5, 8.5, 2.5]), (9.5, here)]);
+    let told = Border {
+        offers: vec![offer("d", &[[20.5, 8.5, 2.5]])],
+        ..border(9.0, 1, &[d])
+    };
+    hear(&mut taker, 9.0, "a0-0", Says::Border(told));
+    taker.tick(9.1);
+    assert_eq!(proposed(&mut taker), []);
+    taker.tick(9.6);
+    assert_eq!(proposed(&mut taker).len(), 1);
+}
