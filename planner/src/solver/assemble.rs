@@ -144,8 +144,14 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
         agent.departs.after(alone).seconds()
     };
     let ahead = |leg: &&Leg| leg.start >= agent.departs && leg.start < arrives;
-    let still = legs.iter().filter(ahead).filter(|leg| leg.stays());
-    let still: u32 = still.map(|leg| leg.end.min(arrives).0 - leg.start.0).sum();
+    // Where it hovers already it may wait from its departure on.
+    let ahead_of = |leg: &Leg| {
+        leg.end
+            .min(arrives)
+            .0
+            .saturating_sub(leg.start.max(agent.departs).0)
+    };
+    let still: u32 = legs.iter().filter(|leg| leg.stays()).map(ahead_of).sum();
     let dwells = agent.waypoints.iter().map(Waypoint::stay_ticks);
     let flown = legs.iter().filter(ahead);
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
