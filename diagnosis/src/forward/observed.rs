@@ -222,7 +222,7 @@ impl<'a> Observed<'a> {
 
     /// Looks for the drones from every sample once, for all that is supposed later.
     pub fn look(&mut self) {
-        let flow = Flow::new(self.recording);
+        let flow = Flow::supposing(self.recording, &self.wakes, &Hypothesis::default());
         self.series.iter_mut().for_each(|series| series.look(&flow));
         self.kept = Arc::default();
     }
@@ -360,7 +360,7 @@ impl Explained for Observed<'_> {
 
 fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
     let recording = observed.recording;
-    let flow = Flow::new(recording);
+    let flow = Flow::supposing(recording, &observed.wakes, &Hypothesis::default());
     let floor_m = recording.environment.floor_z_m.unwrap_or(0.0);
     let mut columns = vec![Vec::with_capacity(observed.samples.len()); COVARIATES.len()];
     for sample in &observed.samples {

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use airflow::Convection;
 use nalgebra::Point3;
 
-use super::formations::least_cost;
+use super::formations::{NEVER_MS, least_cost};
 use crate::plan::trajectory::{Motion, Piece, SAME_PLACE_M, Tail, Trajectory};
 use crate::plan::{AtEnd, DronePlan, Obstacle, Plan, Solid};
 use crate::scenario::world::{Drone, PathMotion, Task, World};
@@ -60,10 +60,6 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     missing
 }
 
-/// One that is not at a place costs so much there (ms): chosen here, more than all flights of a
-/// formation together.
-const ABSENT_MS: i64 = 1_000_000_000_000_000;
-
 /// The world's drones, with the places of each formation given to those that are there in a plan.
 fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
     let mut drones = world.drones.clone();
@@ -98,7 +94,7 @@ fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
             };
             let reached = |it: &(Trajectory, f64)| reached(&it.0, &asked, it.1, None);
             let done = flown[k].as_ref().and_then(reached);
-            done.map_or(ABSENT_MS, |(_, done_s)| (1e3 * done_s) as i64)
+            done.map_or(NEVER_MS, |(_, done_s)| (1e3 * done_s) as i64)
         };
         let row = |k: usize| (0..group.len()).map(|place| cost_ms(k, place)).collect();
         let costs: Vec<Vec<i64>> = (0..group.len()).map(row).collect();

@@ -41,7 +41,7 @@ const MOST_ASSIGNED: usize = 1000;
 /// formation together.
 const LATE_MS: i64 = 1_000_000_000_000;
 /// What cannot be costs so much (ms): chosen here, as much as if all were late.
-const NEVER_MS: i64 = LATE_MS * MOST_ASSIGNED as i64;
+pub(super) const NEVER_MS: i64 = LATE_MS * MOST_ASSIGNED as i64;
 /// The golden angle (rad), by which places of a sphere turn from one to the next: Á. González,
 /// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
 /// Mathematical Geosciences 42, 2010.
