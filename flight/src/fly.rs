@@ -541,7 +541,8 @@ impl Setting<'_> {
                 continue;
             }
             if counts {
-                pilot.tally.tracking(&reference, &pilot.body);
+                let planned = (at_s, reference.position_m);
+                pilot.tally.tracking(&craft.course, planned, &pilot.body);
             }
             // Who hovers on at its end draws as much as before.
             let is_told = counts && at_s <= self.fleet.last_s;

@@ -5,6 +5,13 @@ use planner::Plan;
 use planner::plan::trajectory::{Motion, Piece, Tail, Trajectory};
 use planner::plan::{AtEnd, AtStart, DronePlan};
 
+/// A drone is sought on its path up to so much before and after a time (s), in steps of so much:
+/// chosen here, several times as long as a controller is late, and a few centimetres at 2 m/s.
+const ABOUT_S: f64 = 1.0;
+const APART_S: f64 = 0.02;
+/// A drone that moves less than this in a step stands (m): chosen here.
+const STANDS_M: f64 = 1e-4;
+
 /// What a controller is to follow at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reference {
@@ -97,6 +104,29 @@ impl Course {
             _ => at_rest(&self.last),
         }
     }
+
+    /// How far a place is from the path that is planned from [`ABOUT_S`] before a time (s) to as
+    /// much after it; at both ends it leads straight on, so that who stops too late is beside it by
+    /// nothing.
+    pub(crate) fn across_m(&self, t_s: f64, place_m: &Point3<f64>) -> f64 {
+        let steps = -(ABOUT_S / APART_S) as i32..=(ABOUT_S / APART_S) as i32;
+        let mut path_m: Vec<Point3<f64>> = steps
+            .map(|step| self.at(t_s + f64::from(step) * APART_S).position_m)
+            .collect();
+        path_m.dedup_by(|next, known| (*next - *known).norm() < STANDS_M);
+        let last = path_m.len() - 1;
+        if last == 0 {
+            return (place_m - path_m[0]).norm();
+        }
+        let beside = path_m.windows(2).enumerate().map(|(k, ends_m)| {
+            let (way_m, off_m) = (ends_m[1] - ends_m[0], place_m - ends_m[0]);
+            let least = if k == 0 { f64::NEG_INFINITY } else { 0.0 };
+            let most = if k + 1 == last { f64::INFINITY } else { 1.0 };
+            let share = (off_m.dot(&way_m) / way_m.norm_squared()).clamp(least, most);
+            (off_m - way_m * share).norm()
+        });
+        beside.fold(f64::INFINITY, f64::min)
+    }
 }
 
 fn at_rest(piece: &Piece) -> Reference {
@@ -145,5 +175,31 @@ mod tests {
         near(1.5, [0.125, 0.75, 3.0]);
         near(2.5, [2.5, 3.0, 0.0]);
         near(3.5, [4.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn early_and_late_is_along_the_path_and_not_across_it() {
+        // 2 m/s along x, a corner, along y, and a stop.
+        let text = r#"{"format": "plan/1", "bounds_m": {"min": [0, 0, 0], "max": [9, 9, 9]}, "drones": [
+            {"name": "a", "airframe": "kolibri", "trajectory": {"t_s": [1, 3, 5],
+             "position_m": [[0, 0, 1], [4, 0, 1], [4, 4, 1]]}}]}"#;
+        let plan = planner::plan::file::read(text).expect("a plan").plan;
+        let course = Course::new(&plan, &plan.drones[0]).expect("a course");
+        let across = |t_s: f64, at_m: [f64; 3], expected: f64| {
+            let found = course.across_m(t_s, &at_m.into());
+            // Rounding; a place is sought between samples.
+            assert!((found - expected).abs() < 1e-9, "{t_s}, {at_m:?}: {found}");
+        };
+        across(2.0, [1.7, 0.0, 1.0], 0.0);
+        across(2.0, [1.7, 0.1, 1.2], 0.05_f64.sqrt());
+        // Inside the corner, and past it.
+        across(3.0, [3.9, 0.2, 1.0], 0.1);
+        across(3.0, [4.3, -0.4, 1.0], 0.5);
+        // Too far where it stops, and before it goes.
+        across(5.5, [4.0, 4.3, 1.0], 0.0);
+        across(5.5, [4.1, 4.3, 1.0], 0.1);
+        across(0.5, [-0.2, 0.0, 1.1], 0.1);
+        // Where it has long stood there is no path to be along.
+        across(9.0, [4.0, 4.3, 1.0], 0.3);
     }
 }

@@ -117,7 +117,8 @@ pub struct FleetFlight {
     pub tracking_max_m: f64,
     /// Root mean square of that distance (m).
     pub tracking_rms_m: f64,
-    /// Largest distance from the plan across the direction of flight (m).
+    /// Largest distance from the path, about the time at which the plan is there (m): what is left
+    /// of the distance from the plan is along it, early or late.
     pub across_max_m: f64,
     /// Root mean square of the altitude error (m).
     pub altitude_rms_m: f64,
@@ -157,7 +158,8 @@ pub struct DroneFlight {
     pub tracking_max_m: f64,
     /// Its root mean square (m).
     pub tracking_rms_m: f64,
-    /// Largest distance from the plan across its direction of flight (m).
+    /// Largest distance from its path, up to a second before and after (m): it leads straight on
+    /// where it stops.
     pub across_max_m: f64,
     /// Largest altitude error (m).
     pub altitude_max_m: f64,

@@ -1,8 +1,10 @@
 //! What is counted of one drone while it flies, and what follows for the fleet.
 
+use nalgebra::Point3;
+
 use crate::fleet::{Craft, Fleet};
 use crate::fly::STEP_S;
-use crate::reference::Reference;
+use crate::reference::Course;
 use crate::report::{DroneFlight, FleetFlight};
 use crate::vehicle::Body;
 
@@ -122,14 +124,21 @@ impl Tally {
         }
     }
 
-    /// How far from the plan it is at one moment.
-    pub(crate) fn tracking(&mut self, reference: &Reference, body: &Body) {
-        let off_m = body.position_m - reference.position_m;
+    /// How far from the plan it is at one moment (s), where it is to be as the course has it.
+    pub(crate) fn tracking(
+        &mut self,
+        course: &Course,
+        (t_s, to_m): (f64, Point3<f64>),
+        body: &Body,
+    ) {
+        let off_m = body.position_m - to_m;
         self.tracking.add(off_m.norm());
         self.altitude.add(off_m.z);
-        let along = reference.velocity_mps.try_normalize(1e-9);
-        let across_m = along.map_or(off_m, |it| off_m - it * it.dot(&off_m)).norm();
-        self.across_max_m = self.across_max_m.max(across_m);
+        // It is no farther from its path than from its place.
+        if off_m.norm() > self.across_max_m {
+            let across_m = course.across_m(t_s, &body.position_m);
+            self.across_max_m = self.across_max_m.max(across_m);
+        }
     }
 
     pub(crate) fn drone(&self, craft: &Craft, fleet: &Fleet) -> DroneFlight {
