@@ -218,25 +218,12 @@ impl NearLevel {
 mod tests {
     use super::*;
     use crate::rotor_jets::SHADOW;
+    use crate::rotor_jets::tests::over_the_plane;
 
     const DIAMETERS: [f64; 3] = [0.4868, 0.6246, 0.9];
 
     fn near(diameter: f64) -> NearField {
         NearField::new(diameter, 1.0, &Jet::default(), SHADOW)
-    }
-
-    /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a
-    /// Gaussian.
-    fn over_the_plane(f: impl Fn(f64, f64) -> f64) -> f64 {
-        const N: i32 = 200;
-        const H: f64 = 4.0 / N as f64;
-        let mut sum = 0.0;
-        for i in -N..=N {
-            for j in -N..=N {
-                sum += f(H * f64::from(i), H * f64::from(j));
-            }
-        }
-        sum * H * H
     }
 
     #[test]

@@ -197,12 +197,12 @@ impl Gaussian {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a
     /// Gaussian.
-    fn over_the_plane(f: impl Fn(f64, f64) -> f64) -> f64 {
+    pub(crate) fn over_the_plane(f: impl Fn(f64, f64) -> f64) -> f64 {
         const N: i32 = 200;
         const H: f64 = 4.0 / N as f64;
         let mut sum = 0.0;

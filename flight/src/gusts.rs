@@ -10,6 +10,9 @@
 //! on. `T` is the integral time of the jet seen from a place at rest. One value for all discs of a
 //! drone: eddies are as large as the jet is wide.
 
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
 /// Intensity on the axis, over the centreline speed.
 pub const INTENSITY: f64 = 0.25;
 
@@ -35,7 +38,7 @@ pub(crate) struct JetAt {
 /// Gusts of one drone.
 #[derive(Clone, Debug)]
 pub(crate) struct Gusts {
-    state: u64,
+    draws: SplitMix64,
     /// In units of its own deviation.
     now: f64,
 }
@@ -45,7 +48,9 @@ impl Gusts {
     /// threads.
     pub(crate) fn new(seed: u64, drone: usize) -> Gusts {
         let mut gusts = Gusts {
-            state: seed ^ (drone as u64).wrapping_mul(0xd134_2543_de82_ef95),
+            draws: SplitMix64::seed_from_u64(
+                seed ^ (drone as u64).wrapping_mul(0xd134_2543_de82_ef95),
+            ),
             now: 0.0,
         };
         gusts.now = gusts.normal();
@@ -66,14 +71,9 @@ impl Gusts {
         intensity * (jet.centreline_mps * jet.mean_mps).max(0.0).sqrt() * self.now
     }
 
-    /// SplitMix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators",
-    /// OOPSLA), even on (0, 1].
+    /// Even on [0, 1).
     fn even(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        (self.draws.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Mean 0, variance 1 (Box & Muller 1958).

@@ -21,22 +21,28 @@
 //! to go away from it.
 //!
 //! In this order: `message`, what neighbours say to one another; [`Neighbours`], how it gets there,
-//! with one implementation within a process; `area`, one planner;
-//! `traffic`, for tests and measurements. Nothing here reads a clock: the
+//! with one implementation within a process; `site`, the areas and what is near them;
+//! `neighbourhood`, what a planner knows of its neighbours, and whether what they say can be;
+//! `area`, one planner; `traffic`, for tests and measurements. Nothing here reads a clock: the
 //! caller says how late it is, by the site's clock.
 
 pub mod message;
 pub mod traffic;
 
 mod area;
+mod neighbourhood;
+mod refused;
+mod site;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-pub use area::{Area, Counts, Refused, Site};
+pub use area::{Area, Counts};
 use message::Message;
+pub use refused::Refused;
+pub use site::Site;
 
 /// How messages get to the planners of other areas: none twice, none before one that was sent
 /// earlier by the same planner to the same; any may get lost.

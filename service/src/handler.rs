@@ -771,7 +771,7 @@ impl FlownPlan {
         let from_s = told.from_s;
         let plan = self.running.plan();
         let changed = told.changed.into_iter().filter_map(|it| {
-            let entry = plan.drones.iter().find(|entry| entry.name == it.drone)?;
+            let entry = plan.drone(&it.drone)?;
             Some(Changed {
                 drone: it.drone,
                 cause: it.cause,

@@ -308,7 +308,7 @@ fn rest_s(drone: &DronePlan, (at_s, at_m): (f64, Point3<f64>)) -> Option<(f64, f
 
 /// Where a drone is that neither waits nor dwells: at its start, or at its end, or nowhere.
 fn stands(explained: &Explained, plan: &Plan) -> String {
-    let drone = plan.drones.iter().find(|it| it.name == explained.drone);
+    let drone = plan.drone(&explained.drone);
     if explained.position_m.is_none() {
         let enters_s = drone.and_then(|it| it.enters_s);
         let last_s = drone.and_then(|it| it.trajectory.t_s.last());

@@ -208,7 +208,7 @@ fn zones(plan: &Plan) -> Vec<String> {
 
 /// Whether a drone is ever elsewhere than at its start.
 fn moves(plan: &Plan, name: &str) -> bool {
-    let drone = plan.drones.iter().find(|it| it.name == name);
+    let drone = plan.drone(name);
     let places_m = drone.map_or(&[][..], |it| &it.trajectory.position_m);
     places_m.iter().any(|place_m| *place_m != places_m[0])
 }

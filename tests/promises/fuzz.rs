@@ -88,6 +88,8 @@ struct Judged<'a> {
     what: &'static str,
     /// Valid files.
     seeds: Vec<Vec<u8>>,
+    /// Changes in a row, at most.
+    changes: usize,
     /// Reads one, and does with it what a command does next; may refuse it, must not panic.
     read: &'a dyn Fn(&[u8]),
 }
@@ -97,7 +99,7 @@ impl Judged<'_> {
         let _pool = own_pool();
         for index in 0..inputs() {
             let mut draws = Draws::new(index);
-            let bytes = changed(&self.seeds, &mut draws);
+            let bytes = changed(&self.seeds, self.changes, &mut draws);
             one_holds((self.what, index), &bytes, || (self.read)(&bytes));
         }
         takes_little_memory(self.what);
@@ -161,7 +163,7 @@ fn peak_bytes() -> Option<u64> {
 }
 
 /// One of the files with a few changes in a row, or noise.
-fn changed(seeds: &[Vec<u8>], draws: &mut Draws) -> Vec<u8> {
+fn changed(seeds: &[Vec<u8>], changes: usize, draws: &mut Draws) -> Vec<u8> {
     let noise = |draws: &mut Draws| -> Vec<u8> {
         let length = draws.index(200);
         (0..length).map(|_| draws.index(256) as u8).collect()
@@ -170,7 +172,7 @@ fn changed(seeds: &[Vec<u8>], draws: &mut Draws) -> Vec<u8> {
         return noise(draws);
     }
     let mut bytes = seeds[draws.index(seeds.len())].clone();
-    for _ in 0..=draws.index(5) {
+    for _ in 0..=draws.index(changes) {
         let at = draws.index(bytes.len() + 1);
         let span = at..(at + draws.index(40)).min(bytes.len());
         match draws.index(10) {
@@ -252,6 +254,11 @@ const CUBE: &str = "o cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1
 /// One in so many scenarios that are in order is planned.
 const PLANNED: u64 = 20;
 
+/// The least share of scenarios that are in order after one change that is not within a comment:
+/// what is planned is not all noise. Of 20 000 inputs 0.085 are; less three standard errors of a
+/// thousand.
+const IN_ORDER: f64 = 0.058;
+
 #[test]
 fn scenarios_of_any_bytes_are_read_and_planned_or_refused() {
     let mut seeds: Vec<Vec<u8>> = shipped("scenarios", "ron")
@@ -281,29 +288,42 @@ fn scenarios_of_any_bytes_are_read_and_planned_or_refused() {
             .ok_or_else(|| "no file".to_owned())
     };
     let read_count = std::cell::Cell::new(0_u64);
-    Judged {
-        what: "scenario",
-        seeds,
-        read: &|bytes| {
-            let Ok(text) = std::str::from_utf8(bytes) else {
-                return;
-            };
-            let Ok(world) = planner::read_world_with(text, &Files::new(&load)) else {
-                return;
-            };
-            assert_eq!(world.check(), Ok(()));
-            read_count.set(read_count.get() + 1);
-            // Tables of the air of a finding take seconds by themselves.
-            let is_still = world.effects == airflow::effects::Effects::default();
-            if is_still && u64::is_multiple_of(read_count.get(), PLANNED) {
-                within(Duration::from_millis(500), |control| {
-                    planner::plan_world(&world, control).expect("in order");
-                });
-            }
-        },
+    let read = |bytes: &[u8]| {
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            return;
+        };
+        let Ok(world) = planner::read_world_with(text, &Files::new(&load)) else {
+            return;
+        };
+        assert_eq!(world.check(), Ok(()));
+        read_count.set(read_count.get() + 1);
+        // Tables of the air of a finding take seconds by themselves.
+        let is_still = world.effects == airflow::effects::Effects::default();
+        if is_still && u64::is_multiple_of(read_count.get(), PLANNED) {
+            within(Duration::from_millis(500), |control| {
+                planner::plan_world(&world, control).expect("in order");
+            });
+        }
+    };
+    let is_comment = |line: &&[u8]| line.trim_ascii_start().starts_with(b"//");
+    let bare = seeds.iter().map(|seed| {
+        let lines = seed.split_inclusive(|byte| *byte == b'\n');
+        let lines: Vec<&[u8]> = lines.filter(|it| !is_comment(it)).collect();
+        lines.concat()
+    });
+    let (bare, what) = (bare.collect(), "scenario");
+    for (seeds, changes) in [(seeds, 5), (bare, 1)] {
+        read_count.set(0);
+        Judged {
+            what,
+            seeds,
+            changes,
+            read: &read,
+        }
+        .holds();
     }
-    .holds();
-    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
+    let share = read_count.get() as f64 / inputs() as f64;
+    assert!(share > IN_ORDER, "{share}");
 }
 
 #[test]
@@ -313,6 +333,7 @@ fn meshes_of_any_bytes_are_read_or_refused() {
     Judged {
         what: "mesh",
         seeds: vec![CUBE.into(), more.into()],
+        changes: 5,
         read: &|bytes| {
             let load = |_: &str| String::from_utf8(bytes.to_vec()).map_err(|it| it.to_string());
             let text = r#"(name: "m", bounds_m: (min: (-9, -9, 0), max: (9, 9, 5)), obstacles: [(name: "m", mesh: "m.obj")],
@@ -367,6 +388,7 @@ fn plans_of_any_bytes_are_verified_or_refused() {
     Judged {
         what: "plan",
         seeds: seeds.collect(),
+        changes: 5,
         read: &|bytes| {
             if let Ok(plan) = serde_json::from_slice::<Plan>(bytes) {
                 verify(&plan);
@@ -512,6 +534,7 @@ fn flown_tables_of_any_bytes_are_judged_or_refused() {
         what: "flown",
         // Few changes leave RON in order.
         seeds: [vec![[b"T", &table[..]].concat(); 4], vec![fleet.to_vec()]].concat(),
+        changes: 5,
         read: &|bytes| {
             // The first byte says which of the two files it is; the other one is in order.
             let (table, fleet) = match bytes {
@@ -586,6 +609,7 @@ fn shows_of_any_bytes_are_judged_or_refused() {
     Judged {
         what: "shows",
         seeds: shows(),
+        changes: 5,
         read: &|bytes| {
             let Some((letter, rest)) = bytes.split_first() else {
                 return;
@@ -789,6 +813,7 @@ fn recordings_of_any_bytes_are_read_or_refused() {
     Judged {
         what: "recording",
         seeds,
+        changes: 5,
         read: &|bytes| {
             // The first byte, or the name before the bar, says what it is read as.
             let is_read = match bytes {

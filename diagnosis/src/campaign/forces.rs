@@ -195,13 +195,18 @@ impl<'a> Forces<'a> {
             low_pass: LOW_PASS,
             ..identify::Options::default()
         };
+        let wakes = Wakes::of_all(recordings);
         let traces = Trace::of_all(recordings, &by_name, 0.0, LOW_PASS);
         let maps = fold_maps(&traces, &fold_of, &identify).map_err(|failed| failed.error)?;
         let of_trace = |trace: &Trace| {
             let map = FoldMap::of(&maps, fold_of[trace.recording]?, trace.of);
             let thrust_n = trace.thrust_n(map)?;
             let flight = flight_of[trace.recording]?;
-            Some(VehicleFlight::new(recordings, trace, &thrust_n, flight))
+            let places_m = wakes.places_m(trace.recording, trace.vehicle);
+            let recording = &recordings[trace.recording];
+            Some(VehicleFlight::new(
+                recording, trace, places_m, &thrust_n, flight,
+            ))
         };
         let mut parts: Vec<VehicleFlight> = traces.par_iter().filter_map(of_trace).collect();
         parts.sort_by_key(|part| (part.flight, part.vehicle));
@@ -210,7 +215,7 @@ impl<'a> Forces<'a> {
             parts,
             rows: 0,
             alone: options.alone || recordings.iter().all(|one| !one.baseline.wakes),
-            wakes: Wakes::of_all(recordings),
+            wakes,
             hover_air_mps: Arc::default(),
             columns: Vec::new(),
             places: Vec::new(),
@@ -360,16 +365,16 @@ impl<'a> Forces<'a> {
 }
 
 impl VehicleFlight {
-    /// One vehicle's flight. `thrust_n`: its vertical thrust at each entry.
+    /// One vehicle's flight. `places_m`, `thrust_n`: where it was, and its vertical thrust, at each
+    /// entry.
     fn new(
-        recordings: &[Recording],
+        recording: &Recording,
         trace: &Trace,
+        places_m: &[Point3<f64>],
         thrust_n: &[f64],
         flight: usize,
     ) -> VehicleFlight {
-        let recording = &recordings[trace.recording];
         let track = &trace.of.track;
-        let places_m = track.settled_m();
         let recorded_n = force::recorded_n(trace, thrust_n, LOW_PASS);
         let mut smooth_n = thrust_n.to_vec();
         trace.smooth(LOW_PASS, &mut smooth_n);

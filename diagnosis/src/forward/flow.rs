@@ -175,6 +175,12 @@ impl Wakes {
         self.made.get(wake)
     }
 
+    /// Where one vehicle of one recording was at each entry of its track (m).
+    #[must_use]
+    pub fn places_m(&self, recording: usize, vehicle: usize) -> &[Point3<f64>] {
+        &self.places_m[recording][vehicle]
+    }
+
     /// All of them with effects of the air on.
     #[must_use]
     pub fn with_effects(&self, effects: &Effects) -> Wakes {

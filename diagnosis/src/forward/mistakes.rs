@@ -94,6 +94,8 @@ struct Pair {
 /// Something in a recording put otherwise.
 struct Slip {
     words: String,
+    /// Whether drones are elsewhere without it.
+    of_drones: bool,
     undo: Box<dyn Fn(&mut Recording)>,
 }
 
@@ -103,7 +105,8 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     let thinned = thinned(recording)?;
     let accuracy_mps = thinned.probes.as_ref()?.instrument.accuracy_abs_mps;
     let accuracy_mps = accuracy_mps.max(0.02);
-    let pairs = pairs(&thinned, 0.0);
+    let flow = Flow::new(&thinned);
+    let pairs = pairs(&flow, &thinned, 0.0);
     let as_it_lies = likeness(&pairs, accuracy_mps);
     if let Some(it) = as_it_lies.filter(|it| it.left < EXPLAINED) {
         // What shelters the probes may make the air as slow as it likes.
@@ -116,7 +119,7 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     }
     let clocks = (CLOCK_RANGE_S / CLOCK_STEP_S) as i32;
     let clocks_s = (-clocks..=clocks).map(|step| f64::from(step) * CLOCK_STEP_S);
-    let left = clocks_s.map(|clock_s| left_by_instrument(self::pairs(&thinned, clock_s)));
+    let left = clocks_s.map(|clock_s| left_by_instrument(self::pairs(&flow, &thinned, clock_s)));
     let by_instrument = left.fold(1.0, f64::min);
     let by_instrument = (by_instrument, "with any scale and clock");
     let mut best: Option<((f64, &str), f64, String)> = None;
@@ -134,7 +137,11 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     for slip in slips() {
         let mut undone = thinned.clone();
         (slip.undo)(&mut undone);
-        judge(&self::pairs(&undone, 0.0), by_instrument, slip.words);
+        let undone_pairs = match slip.of_drones {
+            true => self::pairs(&Flow::new(&undone), &undone, 0.0),
+            false => self::pairs(&flow, &undone, 0.0),
+        };
+        judge(&undone_pairs, by_instrument, slip.words);
     }
     let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
     let speed_mps = |pressure_pa: f64| (2.0 * pressure_pa / density_kg_per_m3).max(0.0).sqrt();
@@ -175,7 +182,7 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
     let beyond = (clocks + 1)..=(FARTHEST_CLOCK_S / CLOCK_STEP_S) as i32;
     for clock_s in beyond.flat_map(|step| [-1.0, 1.0].map(|to| to * f64::from(step) * CLOCK_STEP_S))
     {
-        let moved = self::pairs(&thinned, clock_s);
+        let moved = self::pairs(&flow, &thinned, clock_s);
         // As above.
         if likeness(&moved, accuracy_mps).is_some_and(|it| it.left < RIGHT) {
             let which = if clock_s < 0.0 { "earlier" } else { "later" };
@@ -203,7 +210,7 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
             help: format!("{words}? Put the table right; no physics is looked for until then"),
         });
     }
-    impossible(&thinned, &pairs, accuracy_mps).or_else(|| shuffled(recording, accuracy_mps))
+    impossible(&thinned, &pairs, accuracy_mps).or_else(|| shuffled(&flow, recording, accuracy_mps))
 }
 
 /// Readings that follow one another by chance where the air does not, whatever makes it.
@@ -211,8 +218,7 @@ pub fn mistaken(recording: &Recording) -> Option<Mistake> {
 /// Mean squared difference of successive readings over twice their variance: 1 of shuffled ones,
 /// give or take 1/sqrt(n) (J. von Neumann, "Distribution of the ratio of the mean square successive
 /// difference to the variance", Annals of Mathematical Statistics 12, 1941).
-fn shuffled(recording: &Recording, accuracy_mps: f64) -> Option<Mistake> {
-    let flow = Flow::new(recording);
+fn shuffled(flow: &Flow, recording: &Recording, accuracy_mps: f64) -> Option<Mistake> {
     let mut of_probes: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
     let samples = recording.probes.iter().flat_map(|probes| &probes.samples);
     for sample in samples.take(SUCCESSIVE) {
@@ -308,9 +314,8 @@ fn thinned(recording: &Recording) -> Option<Recording> {
     })
 }
 
-/// Where the drones' places are known, with their clock ahead by so much.
-fn pairs(recording: &Recording, clock_s: f64) -> Vec<Pair> {
-    let flow = Flow::new(recording);
+/// Readings in the air of drones where their places are known, with their clock ahead by so much.
+fn pairs(flow: &Flow, recording: &Recording, clock_s: f64) -> Vec<Pair> {
     let samples = recording.probes.iter().flat_map(|probes| &probes.samples);
     let pair = |sample: &ProbeSample| {
         let t_s = sample.t_s + clock_s;
@@ -406,6 +411,7 @@ fn slips() -> Vec<Slip> {
             };
             slips.push(Slip {
                 words,
+                of_drones: !of_probes,
                 undo: Box::new(undo),
             });
         };
@@ -449,11 +455,13 @@ fn slips() -> Vec<Slip> {
         };
         slips.push(Slip {
             words: format!("all places read as {unit}"),
+            of_drones: true,
             undo: Box::new(undo),
         });
     }
     slips.push(Slip {
         words: "z of the probes counted down from the highest drone".to_owned(),
+        of_drones: false,
         undo: Box::new(|recording| {
             let tracks = recording.vehicles.iter().map(|it| &it.track.position_m);
             let top_m = tracks.flatten().map(|m| m.z).fold(0.0, f64::max);

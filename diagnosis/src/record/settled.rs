@@ -13,7 +13,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::record::recording::Track;
-use crate::statistics::quantile::{median, quantile};
+use crate::statistics::quantile::{median, selected};
 
 /// Entries to either side of the windows, as far as [`LONGEST_S`] allows. Chosen here.
 const WINDOWS: [usize; 7] = [2, 3, 5, 8, 12, 20, 32];
@@ -121,8 +121,7 @@ fn white_noise_m(t_s: &[f64], position_m: &[Point3<f64>], longest_s: f64) -> Vec
     }
     let of_axis = |axis: usize| {
         let mut sizes: Vec<f64> = differences.iter().map(|d| d[axis].abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        quantile(&sizes, QUARTER.0).unwrap_or(0.0) / QUARTER.1
+        selected(&mut sizes, QUARTER.0).unwrap_or(0.0) / QUARTER.1
     };
     Vector3::new(of_axis(0), of_axis(1), of_axis(2))
 }

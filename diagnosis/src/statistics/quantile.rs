@@ -28,12 +28,27 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let place = share * last as f64;
     let below = place as usize;
     let above = (below + 1).min(last);
-    let (low, high, part) = (sorted[below], sorted[above], place - below as f64);
+    Some(between(
+        [sorted[below], sorted[above]],
+        place - below as f64,
+    ))
+}
+
+/// The same of values in any order, which it changes.
+#[must_use]
+pub fn selected(values: &mut [f64], share: f64) -> Option<f64> {
+    let place = share * values.len().checked_sub(1)? as f64;
+    let (_, low, above) = values.select_nth_unstable_by(place as usize, f64::total_cmp);
+    let high = above.iter().copied().min_by(f64::total_cmp);
+    Some(between([*low, high.unwrap_or(*low)], place.fract()))
+}
+
+fn between([low, high]: [f64; 2], part: f64) -> f64 {
     // Infinite values have no difference.
-    Some(match part == 0.0 || low == high {
+    match part == 0.0 || low == high {
         true => low,
         false => low + part * (high - low),
-    })
+    }
 }
 
 /// The value nearest to a quantile of values in ascending order, so that it is always one of them
@@ -96,6 +111,14 @@ mod tests {
         assert_eq!(quantile(&[1.0, 2.0], 0.1), Some(1.1));
         assert_eq!(quantile(&[3.0], 1.0), Some(3.0));
         assert_eq!(quantile(&[], 0.5), None);
+        let mut values = [4.0, 1.0, f64::INFINITY, 2.0, 7.0, 2.0];
+        for share in [0.0, 0.1, 0.25, 0.4, 0.5, 0.9, 1.0] {
+            let found = selected(&mut values, share);
+            let mut sorted = values;
+            sorted.sort_by(f64::total_cmp);
+            assert_eq!(found, quantile(&sorted, share));
+        }
+        assert_eq!(selected(&mut [], 0.5), None);
         assert_eq!(nearest_rank(&[1.0, 2.0, 4.0], 0.8), Some(4.0));
         assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), Some(3.0));
         assert_eq!(median(&mut []), None);

@@ -193,6 +193,11 @@ impl Plan {
         self.status == Status::Safe && self.violations.is_empty() && self.unplanned.is_empty()
     }
 
+    /// One of its drones, by name.
+    pub fn drone(&self, name: &str) -> Option<&DronePlan> {
+        self.drones.iter().find(|it| it.name == name)
+    }
+
     /// When one of its drones leaves (s); `None`: never, as one that is not planned.
     pub fn leaves_s(&self, drone: &DronePlan) -> Option<f64> {
         let stays =

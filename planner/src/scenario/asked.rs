@@ -42,7 +42,7 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
         false => Cow::Owned(by_who_is_there(world, plan)),
     };
     for drone in drones.iter() {
-        let entry = plan.drones.iter().find(|it| it.name == drone.name);
+        let entry = plan.drone(&drone.name);
         let Some(entry) = entry else {
             missing.push(format!("`{}` is not in the plan", drone.name));
             continue;
@@ -77,7 +77,7 @@ fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
         // What each flies, and from when on it is on its way there (s).
         let flown = group.iter().map(|&(drone, task)| {
             let drone = &drones[drone];
-            let entry = plan.drones.iter().find(|it| it.name == drone.name)?;
+            let entry = plan.drone(&drone.name)?;
             let since_s = match task.checked_sub(1) {
                 Some(last) => dwells(drone, entry).get(last)?.1,
                 None => 0.0,

@@ -12,6 +12,8 @@ use std::collections::VecDeque;
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 use crate::graph::agent::Agent;
@@ -333,7 +335,8 @@ pub(crate) fn score(paths: &Paths) -> (usize, u64) {
 fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     let key = |agent: &Agent| {
         let alone = u64::from(agent.alone_ticks);
-        let noise = splitmix64(seed ^ (order << 32) ^ u64::from(agent.drone.0)) % 1000;
+        let seed = seed ^ (order << 32) ^ u64::from(agent.drone.0);
+        let noise = SplitMix64::seed_from_u64(seed).next_u64() % 1000;
         // In the first order noise only breaks ties.
         let length = alone * 1000 + order * alone * noise / 2 + noise;
         (length, agent.drone)
@@ -341,14 +344,6 @@ fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     let mut keyed: Vec<(u64, DroneId)> = job.agents.iter().map(key).collect();
     keyed.sort_unstable();
     keyed.into_iter().map(|(_, drone)| drone).collect()
-}
-
-/// G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
-fn splitmix64(seed: u64) -> u64 {
-    let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 /// What is given when a few are planned anew.

@@ -14,11 +14,12 @@ use crate::solver::prepare::Job;
 use crate::solver::priority::MOST_SMALL;
 
 /// Share of the floor under the wakes of a larger fleet above which advected wakes are not tried.
-/// Chosen here: halls of 500 drones (0.15) take 11 to 23 s of CPU, of 700 (0.21) not less than a
-/// minute and a half.
+/// Chosen here: halls of 500 drones (0.15; `plan generate hall --drones 500`, seeds 1 to 3, planned
+/// with `--no-contrast --no-page`) take 7 to 11 s of CPU, one of 700 (0.21) with both rules named
+/// in it 45.
 const MOST_COVERED_ADVECTED: f64 = 0.16;
-/// The same of smooth motion with quasi-static wakes. Chosen here: halls of 600 (0.18) and 700 take
-/// 4 and 6 s of CPU, of 1000 (0.30) 28.
+/// The same of smooth motion with quasi-static wakes. Chosen here: of the same halls those of 600
+/// (0.18) and 700 take 4 and 7 s of CPU, one of 1000 (0.30) with both rules named in it 23.
 const MOST_COVERED_SMOOTH: f64 = 0.25;
 /// States a drone after which a larger fleet is planned by the next weaker rules: chosen here, more
 /// than halls of 500 take.

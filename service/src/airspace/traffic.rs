@@ -6,6 +6,8 @@ use std::fmt::Write as _;
 
 use nalgebra::Point3;
 use planner::plan::{AtEnd, Bounds};
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::message::Offer;
 use super::{Area, Site};
@@ -80,7 +82,7 @@ impl Grid {
         let at = self.at(area);
         let (core, world) = (self.bounds_m(at, 0), self.bounds_m(at, self.strip_m));
         let (min, max) = (world.min, world.max);
-        let mut draws = Draws(self.seed ^ (1 + at[0] as u64 * 1000 + at[1] as u64));
+        let mut draws = Draws::new(self.seed ^ (1 + at[0] as u64 * 1000 + at[1] as u64));
         let mut text = format!(
             "Scenario(name: \"{area}\", bounds_m: (min: ({}, {}, 0), max: ({}, {}, {HEIGHT_M})), drones: [\n",
             min.x, min.y, max.x, max.y
@@ -127,21 +129,16 @@ fn name([x, y]: [usize; 2]) -> String {
     format!("a{x}-{y}")
 }
 
-/// SplitMix64 (G. Steele et al., OOPSLA 2014).
 #[derive(Clone, Debug)]
-struct Draws(u64);
+struct Draws(SplitMix64);
 
 impl Draws {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut it = self.0;
-        it = (it ^ (it >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        it = (it ^ (it >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        it ^ (it >> 31)
+    fn new(seed: u64) -> Draws {
+        Draws(SplitMix64::seed_from_u64(seed))
     }
 
     fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count.max(1) as u64) as usize
+        (self.0.next_u64() % count.max(1) as u64) as usize
     }
 
     /// The centre of a cell of 1 m, so far within bounds (m).
@@ -174,7 +171,7 @@ impl Traffic {
     pub fn new(grid: Grid, area: &str, crossing: usize) -> Traffic {
         let [x, y] = grid.at(area);
         Traffic {
-            draws: Draws(grid.seed ^ (77 + x as u64 * 1000 + y as u64)),
+            draws: Draws::new(grid.seed ^ (77 + x as u64 * 1000 + y as u64)),
             grid,
             crossing,
             to: BTreeMap::new(),

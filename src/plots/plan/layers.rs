@@ -244,7 +244,7 @@ pub(super) fn label_refused(view: &View, plan: &Plan, labels: &mut Labels) {
 /// The drones without a path of which it is known how far they could get (m).
 fn refusals(plan: &Plan) -> impl Iterator<Item = (&DronePlan, Point3<f64>, &UnplannedCause)> {
     plan.unplanned.iter().filter_map(|entry| {
-        let drone = plan.drones.iter().find(|drone| drone.name == entry.name)?;
+        let drone = plan.drone(&entry.name)?;
         let cause = entry.cause.as_ref()?;
         Some((drone, cause.at_m?, cause))
     })
