@@ -358,19 +358,54 @@ fn the_command_plans_through_the_planner_s_front_door() {
     assert_none(&named(&sources, &["costmap", "parry3d", "petgraph"]));
 }
 
-/// What `.ci/run` leaves out where it runs all tests, it runs by itself.
+/// `.ci/run` runs once more, with the feature `long`, the modules that take more samples then, and
+/// no others.
 #[test]
-fn every_test_is_run_with_the_feature_long() {
-    let ci = read(".ci/run");
-    let all = "step cargo test --workspace --features leeward/long";
-    let left_out = ci.lines().find_map(|line| line.strip_prefix(all));
-    let mut words = left_out.expect("all tests are run").split_whitespace();
-    assert_eq!(words.next(), Some("--"));
-    while let Some(option) = words.next() {
-        assert_eq!(option, "--skip");
-        let one = format!("{all} --test promises -- {}", words.next().unwrap());
-        assert!(ci.lines().any(|line| line == one), "{one}");
-    }
+fn what_takes_longer_with_the_feature_long_is_run_so() {
+    let module = |file: &str| {
+        let path = file.strip_prefix("tests/promises/")?.strip_suffix(".rs")?;
+        Some(path.replace('/', "::") + "::")
+    };
+    let takes_more = |file: &String| {
+        let text = read(file);
+        [
+            "crate::samples",
+            "super::samples",
+            "cfg(feature = \"long\")",
+        ]
+        .iter()
+        .any(|mark| text.contains(mark))
+    };
+    let files = files_below("tests/promises").into_iter();
+    let files =
+        files.filter(|file| !file.ends_with("/main.rs") && !file.ends_with("boundaries.rs"));
+    let mut long: BTreeSet<String> = files
+        .filter(takes_more)
+        .filter_map(|it| module(&it))
+        .collect();
+    let main = read("tests/promises/main.rs");
+    let alone = main.split("#[cfg(feature = \"long\")]\nmod ").skip(1);
+    long.extend(alone.filter_map(|rest| Some(rest.split_once(';')?.0.to_owned() + "::")));
+
+    let ci = read(".ci/run").replace("\\\n", " ");
+    let runs = ci.split("cargo test --features long --test promises -- ");
+    let run: BTreeSet<&str> = runs
+        .skip(1)
+        .filter_map(|rest| rest.lines().next())
+        .flat_map(|line| {
+            line.trim_start_matches("--skip verifier::")
+                .split_whitespace()
+        })
+        .collect();
+    let lacks = long
+        .iter()
+        .filter(|it| !run.iter().any(|of| it.starts_with(of)));
+    let lacks = lacks.map(|it| format!(".ci/run does not run {it} with `long`"));
+    let idle = run
+        .iter()
+        .filter(|of| !long.iter().any(|it| it.starts_with(*of)));
+    let idle = idle.map(|of| format!(".ci/run runs {of} with `long`, which changes nothing there"));
+    assert_none(&lacks.chain(idle).collect::<Vec<_>>());
 }
 
 #[test]
