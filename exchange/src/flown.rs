@@ -1,6 +1,7 @@
 //! What a file says of one drone: polynomials in time.
 
 use nalgebra::Point3;
+use planner::plan::cause::as_typed;
 use planner::scenario::RowFaults;
 use planner::verify::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
 
@@ -138,6 +139,7 @@ impl Flown {
         for (line, t_s, at_m) in rows {
             let step = match points.last() {
                 Some((before_s, _)) if t_s <= *before_s => {
+                    let [t_s, before_s] = [t_s, *before_s].map(as_typed);
                     faults.add(
                         line,
                         format!("time does not go on: {t_s} s after {before_s} s"),

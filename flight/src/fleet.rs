@@ -7,6 +7,7 @@ use costmap::wake::fleet::wake_of;
 use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::{Point3, Vector3};
 use planner::Plan;
+use planner::plan::cause::as_typed;
 use planner::plan::{Bounds, DronePlan};
 use planner::verify::NamedSolid;
 use thiserror::Error;
@@ -190,12 +191,12 @@ impl Fleet {
         ];
         for (what, length_m) in lengths_m {
             if !is_within(length_m, LENGTH_M) {
-                return Err(format!("its {what} is {length_m} m"));
+                return Err(format!("its {what} is {} m", as_typed(length_m)));
             }
         }
         let masses_kg = drone.trajectory.mass_kg.iter().chain([&entry.mass_kg]);
         if let Some(mass_kg) = masses_kg.copied().find(|it| !is_within(*it, MASS_KG)) {
-            return Err(format!("its mass is {mass_kg} kg"));
+            return Err(format!("its mass is {} kg", as_typed(mass_kg)));
         }
         let is_place = |it: &Point3<f64>| it.iter().all(|c| is_within(*c, PLACE_M));
         if !drone.trajectory.position_m.iter().all(is_place) {
@@ -269,7 +270,10 @@ impl Fleet {
 fn air(plan: &Plan) -> Result<(Superposition, Flown), String> {
     let density_kg_per_m3 = plan.air.density_kg_per_m3;
     if !is_within(density_kg_per_m3, DENSITY_KG_PER_M3) {
-        return Err(format!("its density is {density_kg_per_m3} kg/m3"));
+        return Err(format!(
+            "its density is {} kg/m3",
+            as_typed(density_kg_per_m3)
+        ));
     }
     if let Some(problem) = plan.air.jet.problems().first() {
         return Err(format!("the jet: {problem}"));

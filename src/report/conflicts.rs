@@ -74,16 +74,18 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
     let (message, detail) = match conflict.why {
         Exclusion::Bodies { gap_m, needs_m, .. } => (
             format!("`{name}` {verb} too close to `{with}`"),
-            match -gap_m {
-                by_m @ 0.0.. => format!(
+            match (-gap_m, told_apart(gap_m, needs_m, 2)) {
+                (by_m @ 0.0.., _) => format!(
                     "{at}: the bodies overlap by {by_m:.2} m, between them must be {needs_m:.2} m"
                 ),
-                _ if needs_m > world.planning.clearance_m => format!(
-                    "{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m: each that flies may be off \
+                (_, [gap, needs]) if needs_m > world.planning.clearance_m => format!(
+                    "{at}: {gap} m between the bodies, it must be {needs} m: each that flies may be off \
                      its path by tracking_m, {:.2} m",
                     world.planning.margins.tracking_m
                 ),
-                _ => format!("{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m"),
+                (_, [gap, needs]) => {
+                    format!("{at}: {gap} m between the bodies, it must be {needs} m")
+                }
             },
         ),
         Exclusion::Column => (

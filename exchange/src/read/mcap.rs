@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use mcap::MessageStream;
 use nalgebra::Point3;
+use planner::plan::cause::as_typed;
 use serde_json::Value;
 
 use super::ReadError;
@@ -24,8 +25,9 @@ pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, Flown>, ReadError> {
             continue;
         }
         let t_s = message.log_time as f64 / 1e9;
-        let update: Value = serde_json::from_slice(&message.data)
-            .map_err(|error| ReadError::within(&format!("at {t_s} s"), error.to_string()))?;
+        let update: Value = serde_json::from_slice(&message.data).map_err(|error| {
+            ReadError::within(&format!("at {} s", as_typed(t_s)), error.to_string())
+        })?;
         for entity in update["entities"].as_array().into_iter().flatten() {
             let name = entity["metadata"].as_array().into_iter().flatten();
             let name = name

@@ -3,6 +3,7 @@
 use std::io::{Cursor, Read as _};
 
 use nalgebra::Point3;
+use planner::plan::cause::as_typed;
 use serde::Deserialize;
 use serde_json::Value;
 use zip::ZipArchive;
@@ -194,7 +195,10 @@ fn flown(trajectory: &Trajectory) -> (Flown, Vec<String>) {
             faults.push(format!("points[{k}]: {count} control points, at most 2"));
         }
         if until_s <= now.0 {
-            faults.push(format!("points[{k}]: time does not go on: {t_s} s"));
+            faults.push(format!(
+                "points[{k}]: time does not go on: {} s",
+                as_typed(*t_s)
+            ));
             continue;
         }
         let axis = |axis: usize| {

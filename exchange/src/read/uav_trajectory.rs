@@ -1,5 +1,7 @@
 //! Piecewise polynomials of `uav_trajectories` and Crazyswarm2: a row a piece, 33 columns.
 
+use planner::plan::cause::as_typed;
+
 use super::{ReadError, Table, table};
 use crate::flown::{Flown, Span};
 
@@ -18,7 +20,7 @@ pub fn read(text: &str) -> Result<Flown, ReadError> {
     for (line, row) in rows {
         let duration_s = row[0];
         if duration_s <= 0.0 {
-            faults.add(line, format!("a piece of {duration_s} s"));
+            faults.add(line, format!("a piece of {} s", as_typed(duration_s)));
             continue;
         }
         let axis = |k: usize| row[1 + 8 * k..][..8].to_vec();

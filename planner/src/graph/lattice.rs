@@ -17,6 +17,25 @@ pub(crate) struct Lattice {
     strides: [i32; 26],
 }
 
+/// How far apart the places of a lattice are, and where some of them have to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Spacing {
+    /// From one place to the next (m).
+    pub(crate) cell_m: f64,
+    /// On each axis a coordinate that places have (m); `None`: it is shifted as its stops are.
+    pub(crate) through_m: [Option<f64>; 3],
+}
+
+impl Spacing {
+    /// Cells of one size (m), wherever they are.
+    pub(crate) fn of(cell_m: f64) -> Spacing {
+        Spacing {
+            cell_m,
+            through_m: [None; 3],
+        }
+    }
+}
+
 /// Steps to the 26 neighbours, in ascending order of their numbers.
 pub(crate) const NEIGHBOURS: [[i32; 3]; 26] = neighbours();
 
@@ -59,11 +78,13 @@ const fn axes() -> [usize; 26] {
 }
 
 impl Lattice {
-    /// Fits a lattice into the bounds, shifted on each axis so that it meets most of `places`:
-    /// cells centred between the bounds' faces, unless more places lie on whole cells from them, or
-    /// most places have another shift in common. An axis shorter than a cell has one layer, in its
-    /// middle unless its places know better.
-    pub(crate) fn new(bounds: &Bounds, cell_m: f64, places: &[Point3<f64>]) -> Lattice {
+    /// Fits a lattice into the bounds. On each axis it has places where they are asked for, or else
+    /// is shifted so that it meets most of `places`: cells centred between the bounds' faces,
+    /// unless more places lie on whole cells from them, or most places have another shift in
+    /// common. An axis shorter than a cell has one layer, in its middle unless its places know
+    /// better.
+    pub(crate) fn new(bounds: &Bounds, spacing: &Spacing, places: &[Point3<f64>]) -> Lattice {
+        let Spacing { cell_m, through_m } = *spacing;
         let mut origin_m = bounds.min;
         let mut counts = [1; 3];
         for axis in 0..3 {
@@ -79,7 +100,12 @@ impl Lattice {
             let middle = 0.5 * (size_m / cell_m).min(1.0);
             let shared = shared_shift(places, axis, low_m, cell_m);
             let better = |best, shift| if on(shift) > on(best) { shift } else { best };
-            let shift = [0.0].into_iter().chain(shared).fold(middle, better);
+            let asked = through_m[axis].map(|at_m| {
+                let cells = (at_m - low_m) / cell_m;
+                cells - (cells + 1e-9).floor()
+            });
+            let met = || [0.0].into_iter().chain(shared).fold(middle, better);
+            let shift = asked.unwrap_or_else(met);
             origin_m[axis] = low_m + shift * cell_m;
             // A part in 10⁹ of a cell forgives the division.
             counts[axis] = ((size_m / cell_m - shift + 1e-9).floor() as usize) + 1;
@@ -283,10 +309,14 @@ mod tests {
 
     #[test]
     fn cells_are_centred_unless_places_lie_on_whole_cells() {
-        let centred = Lattice::new(&bounds(4.0, 3.0, 2.0), 1.0, &[]);
+        let centred = Lattice::new(&bounds(4.0, 3.0, 2.0), &Spacing::of(1.0), &[]);
         assert_eq!(centred.counts(), [4, 3, 2]);
         assert_eq!(centred.position_m(0), Point3::new(0.5, 0.5, 0.5));
-        let whole = Lattice::new(&bounds(4.0, 3.0, 2.0), 1.0, &[Point3::new(1.0, 2.0, 1.0)]);
+        let whole = Lattice::new(
+            &bounds(4.0, 3.0, 2.0),
+            &Spacing::of(1.0),
+            &[Point3::new(1.0, 2.0, 1.0)],
+        );
         assert_eq!(whole.counts(), [5, 4, 3]);
         assert_eq!(
             whole.place_at(&Point3::new(1.0, 2.0, 1.0)),
@@ -296,18 +326,18 @@ mod tests {
 
     #[test]
     fn a_corridor_narrower_than_a_cell_is_flown_along_its_middle_or_where_its_places_are() {
-        let narrow = Lattice::new(&bounds(16.0, 0.9, 3.0), 1.0, &[]);
+        let narrow = Lattice::new(&bounds(16.0, 0.9, 3.0), &Spacing::of(1.0), &[]);
         assert_eq!(narrow.counts(), [16, 1, 3]);
         assert_eq!(narrow.position_m(0), Point3::new(0.5, 0.45, 0.5));
         let aside = Point3::new(1.2, 0.3, 0.5);
-        let shared = Lattice::new(&bounds(16.0, 0.9, 3.0), 1.0, &[aside]);
+        let shared = Lattice::new(&bounds(16.0, 0.9, 3.0), &Spacing::of(1.0), &[aside]);
         assert_eq!(shared.counts(), [16, 1, 3]);
         assert!((shared.position_m(1) - aside).norm() < 1e-9);
     }
 
     #[test]
     fn neighbours_ascend() {
-        let lattice = Lattice::new(&bounds(5.0, 5.0, 5.0), 1.0, &[]);
+        let lattice = Lattice::new(&bounds(5.0, 5.0, 5.0), &Spacing::of(1.0), &[]);
         let centre = lattice.at([2, 2, 2]).expect("inside");
         let [i, j, k] = lattice.steps(centre);
         let around: Vec<u32> = NEIGHBOURS
@@ -320,7 +350,7 @@ mod tests {
 
     #[test]
     fn a_box_is_free_when_none_of_its_places_is_marked() {
-        let lattice = Lattice::new(&bounds(6.0, 5.0, 4.0), 1.0, &[]);
+        let lattice = Lattice::new(&bounds(6.0, 5.0, 4.0), &Spacing::of(1.0), &[]);
         let marked = lattice.at([3, 2, 1]).expect("inside");
         let count = BoxCount::new(&lattice, |place| place == marked);
         assert!(!count.is_free([0, 0, 0], [5, 4, 3]));

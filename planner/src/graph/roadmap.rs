@@ -12,7 +12,7 @@ use petgraph::graphmap::DiGraphMap;
 use rayon::prelude::*;
 use rustc_hash::FxBuildHasher;
 
-use crate::graph::lattice::{AXES, BoxCount, Lattice, NEIGHBOURS};
+use crate::graph::lattice::{AXES, BoxCount, Lattice, NEIGHBOURS, Spacing};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::Bounds;
 use links::Links;
@@ -64,15 +64,15 @@ pub(crate) struct Channel {
 type Beyond = DiGraphMap<Vertex, Edge, FxBuildHasher>;
 
 impl Roadmap {
-    /// Connects the lattice and the stops around the obstacles; returns the vertex of each stop.
+    /// Connects a lattice and the stops around the obstacles; returns the vertex of each stop.
     pub(crate) fn new(
         bounds: &Bounds,
-        cell_m: f64,
+        spacing: &Spacing,
         solids: Option<&Solids>,
         stops: &[Stop],
     ) -> (Roadmap, Vec<Vertex>) {
         let points_m: Vec<Point3<f64>> = stops.iter().map(|stop| stop.point_m).collect();
-        let lattice = Lattice::new(bounds, cell_m, &points_m);
+        let lattice = Lattice::new(bounds, spacing, &points_m);
         let radii_m = |it: &Stop| [it.radius_m, it.radius_m + it.swerve_m];
         let mut radii_m: Vec<f64> = stops.iter().flat_map(radii_m).collect();
         radii_m.sort_by(f64::total_cmp);

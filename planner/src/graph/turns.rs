@@ -311,6 +311,7 @@ mod tests {
     use costmap::leg::{DroneId, KindId};
 
     use super::*;
+    use crate::graph::lattice::Spacing;
     use crate::plan::TrajectoryEntry;
 
     fn smoothing(name: &str) -> Smoothing {
@@ -320,7 +321,7 @@ mod tests {
             min: Point3::origin(),
             max: Point3::new(9.0, 9.0, 9.0),
         };
-        let lattice = Lattice::new(&bounds, 1.0, &[]);
+        let lattice = Lattice::new(&bounds, &Spacing::of(1.0), &[]);
         let ticks = NEIGHBOURS.map(|by| match by.map(i32::abs).iter().sum::<i32>() {
             1 => 50,
             2 => 71,

@@ -123,13 +123,16 @@ pub enum Extent {
     #[error("proven: there is none at any resolution")]
     Proven,
     /// None on lattices down to this spacing, all states looked at.
-    #[error("not found on cells down to {cell_m} m")]
+    #[error("not found on cells down to {} m", as_typed(*cell_m))]
     NotFound {
         /// Spacing of the finest of them (m).
         cell_m: f64,
     },
     /// The budget of states ended before.
-    #[error("not found: the budget of states ended on cells of {cell_m} m, after {states} in all")]
+    #[error(
+        "not found: the budget of states ended on cells of {} m, after {states} in all",
+        as_typed(*cell_m)
+    )]
     BudgetEnded {
         /// States of all searches.
         states: u64,
@@ -137,7 +140,7 @@ pub enum Extent {
         cell_m: f64,
     },
     /// Planning was stopped before.
-    #[error("not found on cells down to {cell_m} m when planning was stopped")]
+    #[error("not found on cells down to {} m when planning was stopped", as_typed(*cell_m))]
     Stopped {
         /// Spacing of the finest lattice that was looked at (m).
         cell_m: f64,
@@ -334,10 +337,10 @@ pub enum Remedy {
     #[error("; {0}")]
     RaiseLimits(Exposure),
     /// Another place for a task: planned.
-    #[error("; with {0} it is planned")]
+    #[error("; with {0} it is planned{then}", then = .0.then())]
     MoveTask(Moved),
     /// The same, where the landing after it is the cause.
-    #[error("; its landing is the cause: with {0} it is planned")]
+    #[error("; its landing is the cause: with {0} it is planned{then}", then = .0.then())]
     MoveLanding(Moved),
     /// No landing, which is the cause: planned.
     #[error("; its landing is the cause: with at_end: Hover it is planned")]
@@ -353,13 +356,33 @@ pub enum Remedy {
 }
 
 /// Another place for a task.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Serialize)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[error("its task {task} at {}", place(to_m))]
 pub struct Moved {
     /// Which one, counted from 1.
     pub task: usize,
     /// Where it would have to be (m).
     pub to_m: Point3<f64>,
+    /// Who is refused then, be it still or anew, by name: no place was found with which all are
+    /// planned.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
+}
+
+impl Moved {
+    /// ", but then `b` is refused"; nothing where all are planned.
+    fn then(&self) -> String {
+        let names: Vec<String> = self
+            .refused
+            .iter()
+            .map(|name| format!("`{name}`"))
+            .collect();
+        match names.len() {
+            0 => String::new(),
+            1 => format!(", but then {} is refused", names[0]),
+            _ => format!(", but then {} are refused", names.join(", ")),
+        }
+    }
 }
 
 /// The gentlest pass there is, and the air limits that it wants.
@@ -402,9 +425,19 @@ impl Crowding {
 /// What is too much, and its limit, with so many decimals; with more where they read alike.
 pub fn told_apart(value: f64, limit: f64, decimals: usize) -> [String; 2] {
     let told = |decimals: usize| [value, limit].map(|it| format!("{it:.decimals$}"));
-    let mut finer = (decimals..decimals + 3).map(told);
+    let mut finer = (decimals..MOST_DECIMALS).map(told);
     let apart = finer.find(|[value, limit]| value != limit);
-    apart.unwrap_or_else(|| told(decimals + 3))
+    apart.unwrap_or_else(|| told(MOST_DECIMALS))
+}
+
+/// What is nearer to its limit is no conflict: a hundredth of what makes two places the same.
+const MOST_DECIMALS: usize = 8;
+
+/// A number that was worked out as a person would type it: to nine digits, which hides what binary
+/// fractions leave of 0.2, and nothing that is measured. Wherever a sentence has a number with all
+/// its digits, it is this one.
+pub fn as_typed(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
 }
 
 /// A place as sentences write it, to the centimetre.
@@ -434,7 +467,9 @@ impl fmt::Display for FailureCause {
                     "with no other drone there it is at task {task} at {at_s:.2} s along the lattice, \
                      and {none}"
                 )?;
-                due_s.map_or(Ok(()), |due_s| write!(f, ": it is due at {due_s} s"))
+                due_s.map_or(Ok(()), |due_s| {
+                    write!(f, ": it is due at {} s", as_typed(due_s))
+                })
             }
             FailureCause::GoalConflict(Some(conflict)) => conflict.fmt(f),
             FailureCause::GoalConflict(None) => {
@@ -487,7 +522,8 @@ impl GoalConflict {
             .map_or(", which stays there".to_owned(), |task| {
                 format!(" at its task {task}")
             });
-        let during = meeting.during_s.map_or(String::new(), |[from_s, until_s]| {
+        let during = meeting.during_s.map_or(String::new(), |during_s| {
+            let [from_s, until_s] = during_s.map(as_typed);
             format!(" ({from_s} to {until_s} s)")
         });
         there + &during
@@ -516,10 +552,10 @@ impl fmt::Display for GoalConflict {
                 needs_m,
                 tracking_m,
             } => {
+                let [gap_m, needs_m] = told_apart(gap_m, needs_m, 2);
                 write!(
                     f,
-                    "{of} of `{drone}` is {gap_m:.2} m from the body of {with}{when}, \
-                     it needs {needs_m:.2} m"
+                    "{of} of `{drone}` is {gap_m} m from the body of {with}{when}, it needs {needs_m} m"
                 )?;
                 match tracking_m {
                     Some(bears_m) => {
@@ -553,7 +589,7 @@ impl fmt::Display for GoalConflict {
                 let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
                 write!(
                     f,
-                    "downwash from the goal of `{drone}` reaches {air_mps} m/s in {with}, \
+                    "downwash from {of} of `{drone}` reaches {air_mps} m/s in {with}, \
                      which allows {limit_mps} m/s"
                 )
             }
@@ -611,12 +647,29 @@ impl fmt::Display for Exposure {
 
 #[cfg(test)]
 mod tests {
-    use super::told_apart;
+    use super::{as_typed, told_apart};
+
+    #[test]
+    fn a_number_reads_as_it_was_typed() {
+        for (value, typed) in [
+            (0.6 / 3.0, "0.2"),
+            (2.55 + 4.440892098500626e-16, "2.55"),
+            (0.1 + 0.2, "0.3"),
+            (1234567.25, "1234567.25"),
+            (0.0, "0"),
+            (-0.125, "-0.125"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(as_typed(value).to_string(), typed);
+        }
+        assert!(as_typed(f64::NAN).is_nan());
+    }
 
     #[test]
     fn what_is_too_much_never_reads_as_its_limit() {
         assert_eq!(told_apart(1.52, 1.3, 1), ["1.5", "1.3"]);
         assert_eq!(told_apart(0.849, 0.7897, 1), ["0.85", "0.79"]);
         assert_eq!(told_apart(0.301, 0.3, 2), ["0.301", "0.300"]);
+        assert_eq!(told_apart(0.099998, 0.1, 2), ["0.099998", "0.100000"]);
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use super::{GivenError, given};
+use crate::plan::cause::as_typed;
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
 use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
@@ -135,7 +136,8 @@ pub enum ChangeError {
     Gone(String),
     /// Not a delay that can be.
     #[error(
-        "`{drone}` cannot be {by_s} s behind its plan: delays are from 0 to {high} s",
+        "`{drone}` cannot be {} s behind its plan: delays are from 0 to {high} s",
+        as_typed(*by_s),
         high = DELAY_S.high
     )]
     Delay {

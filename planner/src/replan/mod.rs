@@ -10,6 +10,7 @@ mod track;
 use nalgebra::Point3;
 use thiserror::Error;
 
+use crate::plan::cause::as_typed;
 use crate::plan::trajectory::{Tail, Trajectory};
 use crate::plan::{AtEnd, DronePlan, TrajectoryEntry};
 use crate::scenario::WorldError;
@@ -82,7 +83,7 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
         turns_at_once: _,
     } = &entry.trajectory;
     if let Some(mass_kg) = mass_kg.iter().find(|kg| **kg <= 0.0) {
-        return Err(unusable(format!("its mass (kg) is {mass_kg}")));
+        return Err(unusable(format!("its mass (kg) is {}", as_typed(*mass_kg))));
     }
     let outside = |place_m: &&Point3<f64>| !place_m.iter().all(|x_m| PLACE_M.contain(*x_m));
     if let Some(place_m) = position_m
@@ -90,7 +91,7 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
         .chain(control_m.iter().flatten())
         .find(outside)
     {
-        let [x, y, z] = place_m.coords.into();
+        let [x, y, z] = <[f64; 3]>::from(place_m.coords).map(as_typed);
         return Err(unusable(format!(
             "({x}, {y}, {z}) m is more than 10 km away"
         )));
@@ -100,6 +101,7 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
     let times_s = times_s.chain(entry.enters_s);
     if let Some(time_s) = times_s.into_iter().find(|t_s| !BUSY_S.contain(*t_s)) {
         let (low, high) = (BUSY_S.low, BUSY_S.high);
+        let time_s = as_typed(time_s);
         let why = format!("{time_s} s is no time of a plan, which are from {low} to {high:.1e} s");
         return Err(unusable(why));
     }

@@ -11,6 +11,7 @@ use airflow::Convection;
 use nalgebra::Point3;
 
 use super::formations::{NEVER_MS, least_cost};
+use crate::plan::cause::as_typed;
 use crate::plan::trajectory::{Motion, Piece, SAME_PLACE_M, Tail, Trajectory};
 use crate::plan::{AtEnd, DronePlan, Obstacle, Plan, Solid};
 use crate::scenario::world::{Drone, PathMotion, Task, World};
@@ -169,6 +170,7 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
         ("tracking_m", asked.tracking_m, kept.tracking_m, "m"),
     ] {
         if kept < asked * (1.0 - ROUNDING) {
+            let [asked, kept] = [asked, kept].map(as_typed);
             missing.push(format!(
                 "{what} is {asked} {unit}, the plan has {kept} {unit}"
             ));
@@ -178,7 +180,9 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
     let asked_m = world.planning.clearance_m;
     if let Some(kept_m) = plan.clearance_m.filter(|kept_m| !same(asked_m, *kept_m)) {
         missing.push(format!(
-            "clearance_m is {asked_m} m, the plan has {kept_m} m"
+            "clearance_m is {} m, the plan has {} m",
+            as_typed(asked_m),
+            as_typed(kept_m)
         ));
     }
     let density = (world.air.density_kg_per_m3(), plan.air.density_kg_per_m3);
@@ -410,8 +414,9 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
             missing.push(format!(
                 "task {number} at ({:.2}, {:.2}, {:.2}) is not reached after {since_s:.2} s, stayed at for {} s{} \
                  and left at {mass_kg:.3} kg",
-                task.to_m.x, task.to_m.y, task.to_m.z, task.dwell_s,
-                task.during_s.map_or(String::new(), |[from_s, until_s]| {
+                task.to_m.x, task.to_m.y, task.to_m.z, as_typed(task.dwell_s),
+                task.during_s.map_or(String::new(), |during_s| {
+                    let [from_s, until_s] = during_s.map(as_typed);
                     format!(", from {from_s} to {until_s} s,")
                 })
             ));

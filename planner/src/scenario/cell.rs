@@ -7,6 +7,7 @@ use std::iter::successors;
 use nalgebra::{Point3, Vector3};
 use parry3d::bounding_volume::Aabb;
 
+use crate::plan::cause::as_typed;
 use crate::scenario::limits::lattice_places;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::World;
@@ -63,10 +64,19 @@ pub(super) fn chosen(world: &World) -> (f64, Option<String>) {
         cell_m = ((cell_m * 102.0).ceil() / 100.0).min(LARGEST_M);
     }
     if cell_m > asked_m {
+        let asked_m = as_typed(asked_m);
         why += &format!(", but the place is too large for cells of {asked_m} m");
     }
     let sentence = format!("cells of {cell_m} m: {why}; planning: (cell_m: ..) sets others");
     (cell_m, Some(sentence))
+}
+
+/// The same world with the spacing that it would have been read with, where that is left open.
+pub(crate) fn chosen_anew(mut world: World) -> World {
+    if world.planning.relaxable.spacing {
+        world.planning.cell_m = chosen(&world).0;
+    }
+    world
 }
 
 /// Starts or goals that fill their place.
@@ -278,7 +288,7 @@ fn is_met(lane: (f64, f64), cell_m: f64, axis: usize, places_m: &[Point3<f64>]) 
 
 /// The axis of the gap between two boxes that face each other over more than `body_m` (m), and from
 /// where to where it is (m): what is lower or shorter than a body is passed by.
-fn gap_between(a: &Aabb, b: &Aabb, body_m: f64) -> Option<(usize, f64, f64)> {
+pub(crate) fn gap_between(a: &Aabb, b: &Aabb, body_m: f64) -> Option<(usize, f64, f64)> {
     let gaps = Vector3::from(
         [0, 1, 2].map(|axis: usize| (b.mins[axis] - a.maxs[axis]).max(a.mins[axis] - b.maxs[axis])),
     );

@@ -13,6 +13,7 @@ use super::limits::{
     VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS, lattice_places, name_fault,
 };
 use super::problem::{Problem, Problems};
+use crate::plan::cause::as_typed;
 use crate::plan::limits::is_overloaded;
 use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
 use crate::scenario::solid::Solids;
@@ -71,7 +72,8 @@ pub enum WorldError {
     Mesh(String),
     /// A lattice that no memory holds.
     #[error(
-        "cells of {cell_m} m are too small for these bounds: {places:.1e} places, at most {most:.0e}"
+        "cells of {} m are too small for these bounds: {places:.1e} places, at most {most:.0e}",
+        as_typed(*cell_m)
     )]
     Lattice {
         /// Spacing (m).
@@ -82,7 +84,7 @@ pub enum WorldError {
         most: f64,
     },
     /// A mass that its rotors cannot carry.
-    #[error("drone `{drone}` cannot lift {mass_kg} kg")]
+    #[error("drone `{drone}` cannot lift {} kg", as_typed(*mass_kg))]
     Mass {
         /// Which drone.
         drone: String,

@@ -21,6 +21,7 @@ use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
 use super::row_faults::RowFaults;
 use super::solid::Solids;
+use crate::plan::cause::as_typed;
 use crate::plan::file::PlanFile;
 use crate::plan::{AtEnd, AtStart, DronePlan, TrajectoryEntry};
 use crate::scenario::world::{Drone, World};
@@ -155,6 +156,7 @@ pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
         };
         let known = samples.of.entry(name.to_owned()).or_default();
         if let Some(Sample { t_s: last_s, .. }) = known.last().filter(|last| last.t_s >= t_s) {
+            let [t_s, last_s] = [t_s, *last_s].map(as_typed);
             let what = format!("`{name}` is at {t_s} s after it was at {last_s} s");
             faults.add(line, what);
             continue;
@@ -227,7 +229,7 @@ pub fn samples_as_plan(
         .filter_map(|of_one| Some(of_one.first()?.t_s));
     let begins_s = ends_s.fold(f64::INFINITY, f64::min);
     if begins_s != 0.0 {
-        remarks.push(format!("time 0 is {begins_s} s of the log"));
+        remarks.push(format!("time 0 is {} s of the log", as_typed(begins_s)));
     }
     let solids = Solids::new(&world.obstacles);
     let drones = world.drones.iter().map(|drone| {

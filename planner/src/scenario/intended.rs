@@ -15,6 +15,7 @@ use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::problem::Problems;
 use super::solid::Solids;
 use super::world::{Drone, World};
+use crate::plan::cause::as_typed;
 use crate::plan::file::{PlanFile, airborne_s};
 use crate::plan::trajectory::{Motion, SAME_PLACE_M};
 use crate::plan::{AtEnd, AtStart, DronePlan, TrajectoryEntry};
@@ -67,7 +68,7 @@ pub enum DroneFault {
     #[error("two drones are called `{0}`")]
     Twice(String),
     /// Under the floor: its axes are others than were thought.
-    #[error("`{drone}` is at z = {z_m:.2} m at {at_s:.2} s, below the floor (z = {floor_z_m} m)")]
+    #[error("`{drone}` is at z = {z_m:.2} m at {at_s:.2} s, below the floor (z = {} m)", as_typed(*floor_z_m))]
     BelowFloor {
         /// Its name.
         drone: String,
@@ -169,7 +170,7 @@ fn drones_from_zero(drones: &mut [Intended]) -> Vec<String> {
     }
     let times = drones.iter_mut().flat_map(|it| &mut it.trajectory.t_s);
     times.for_each(|t_s| *t_s -= begins_s);
-    vec![format!("time 0 is {begins_s} s of the file")]
+    vec![format!("time 0 is {} s of the file", as_typed(begins_s))]
 }
 
 impl Intended {

@@ -18,6 +18,7 @@ use super::mesh::mesh;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
 use crate::plan::Origin;
+use crate::plan::cause::as_typed;
 use crate::plan::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use crate::scenario::placement::{Misfit, Spot, misplaced};
 use crate::scenario::solid::Solids;
@@ -100,6 +101,7 @@ pub(super) fn world(
             relaxable: Relaxable {
                 motion: planning.motion.is_none(),
                 convection: written.air.convection.is_none(),
+                spacing: planning.cell_m.is_none(),
             },
             seed: planning.seed,
             energy_weight: planning.energy_weight,
@@ -384,6 +386,7 @@ impl<'w> Meaning<'w> {
             }
             let (task, name) = (index + 1, &source.name);
             let message = format!("task {task} of drone `{name}` loads more than it could lift");
+            let own_kg = as_typed(own_kg);
             let label = format!("`{}` weighs {own_kg} kg itself", vehicle.airframe.name());
             let times = MOST_MASS_RATIO - 1.0;
             // Rounded, it would not do.
@@ -411,7 +414,7 @@ impl<'w> Meaning<'w> {
         }
         let message = format!("airframe `{name}` would induce {speed_mps:.0} m/s {when}");
         let area_m2 = airframe.disc_area_m2();
-        let label = format!("{mass_kg} kg on {area_m2:.4} m2 of rotor discs");
+        let label = format!("{} kg on {area_m2:.4} m2 of rotor discs", as_typed(mass_kg));
         let problem = Problem::at(at, message).label(label);
         self.problems.push(problem.note(format!("first used by drone `{}`", source.name)).help(format!(
             "at most {MOST_INDUCED_VELOCITY_MPS} m/s: check mass_kg (kg) and propeller_diameter_m (m)"
@@ -440,7 +443,8 @@ impl<'w> Meaning<'w> {
         }
         if body_radius_m < airframe.tip_radius_m() {
             self.notes.push(format!(
-                "the body radius of `{name}`, {body_radius_m} m, does not reach its rotor tips at {:.3} m",
+                "the body radius of `{name}`, {} m, does not reach its rotor tips at {:.3} m",
+                as_typed(body_radius_m),
                 airframe.tip_radius_m()
             ));
         }

@@ -19,6 +19,7 @@ use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line};
 use super::written::{Air, At, Bounds, Drone, Origin, Planning, Task, Written};
+use crate::plan::cause::as_typed;
 use crate::scenario::world::{AtEnd, AtStart, PathMotion};
 
 /// What could be read, and what was wrong.
@@ -318,7 +319,10 @@ fn lattice_fits(
         fits_cm = (fits_cm * 1.02).ceil();
     }
     let at = cell_at.unwrap_or_else(|| bounds.max.at.clone());
-    let message = format!("cells of {cell_m} m are too small for these bounds");
+    let message = format!(
+        "cells of {} m are too small for these bounds",
+        as_typed(cell_m)
+    );
     let made = places(cell_m);
     let label = format!("{made:.1e} places, at most {MOST_LATTICE_PLACES:.0e}");
     let problem = Problem::at(&at, message).label(label);

@@ -185,6 +185,8 @@ pub struct Relaxable {
     pub motion: bool,
     /// Advected wakes, for quasi-static ones.
     pub convection: bool,
+    /// The spacing of the lattice, which is chosen: anew, where places are moved.
+    pub spacing: bool,
 }
 
 /// How to plan.
@@ -378,6 +380,7 @@ impl Default for Planning {
             relaxable: Relaxable {
                 motion: true,
                 convection: false,
+                spacing: false,
             },
             seed: 0,
             energy_weight: 1.0,

@@ -9,6 +9,8 @@
 
 mod sites;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use costmap::leg::DroneId;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -91,14 +93,45 @@ impl Exclusions {
         })
     }
 
-    /// Proposes for goals and tasks only those places (m) with which there was a plan.
+    /// Proposes for goals and tasks only those places (m) with which there was a plan, or of a
+    /// drone that has to move at several of them all together, where the world with them
+    /// `is_planned`.
     pub(crate) fn confirm_goals(
         &mut self,
+        world: &World,
         planned_m: impl Fn(&EndpointConflict) -> Option<Point3<f64>>,
+        is_planned: impl Fn(&World) -> bool,
     ) {
         let starts = |it: &EndpointConflict| it.when == EndpointKind::Starts;
-        for conflict in self.conflicts.worst.iter_mut().filter(|it| !starts(it)) {
-            conflict.nearest_fix_m = planned_m(conflict);
+        let worst = &mut self.conflicts.worst;
+        let places = |drone: usize| {
+            let own = worst.iter().filter(|it| it.drone == drone && !starts(it));
+            let tasks = own.map(|it| (it.task_of(world.drones[drone].tasks.len()), it));
+            tasks.collect::<BTreeMap<_, _>>()
+        };
+        let drones: BTreeSet<usize> = worst.iter().map(|it| it.drone).collect();
+        let together = drones.into_iter().filter_map(|drone| {
+            let places = places(drone);
+            let moved = |times: f64| {
+                let mut moved = world.clone();
+                for it in places.values() {
+                    let from_m = from_m(world, it);
+                    let to_m = from_m + times * (it.nearest_fix_m? - from_m);
+                    *place_of(&mut moved.drones[drone], it) = typed_m(to_m);
+                }
+                Some(moved)
+            };
+            let is_asked = places.len() > 1;
+            let moved = FARTHER.into_iter().filter(|_| is_asked).filter_map(moved);
+            let planned = { moved }.find(|moved| moved.check().is_ok() && is_planned(moved));
+            Some((drone, planned?))
+        });
+        let mut together: BTreeMap<usize, World> = together.collect();
+        for conflict in worst.iter_mut().filter(|it| !starts(it)) {
+            conflict.nearest_fix_m = match together.get_mut(&conflict.drone) {
+                Some(moved) => Some(*place_of(&mut moved.drones[conflict.drone], conflict)),
+                None => planned_m(conflict),
+            };
         }
     }
 
@@ -163,9 +196,7 @@ impl Exclusions {
             for (conflict, to_m) in worst.iter().zip(&to_m) {
                 let from_m = from_m(world, conflict);
                 let to_m = from_m + times * (to_m - from_m);
-                // To the centimetre: it is typed back.
-                *place_of(&mut moved.drones[conflict.drone], conflict) =
-                    to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
+                *place_of(&mut moved.drones[conflict.drone], conflict) = typed_m(to_m);
             }
             moved
         };
@@ -235,6 +266,11 @@ fn other_moves(
     };
     moves.sort_by(|a, b| far_m(a).total_cmp(&far_m(b)));
     moves
+}
+
+/// To the centimetre: it is typed back (m).
+fn typed_m(to_m: Point3<f64>) -> Point3<f64> {
+    to_m.map(|at_m| (at_m * 100.0).round() / 100.0)
 }
 
 /// Where the drone is that suffers (m), in a world as it is.
@@ -311,6 +347,9 @@ pub(crate) fn find(world: &World) -> Exclusions {
         let zones: Vec<Excluded> = zones.flat_map(|k| in_zone(&judge, &sites, k)).collect();
         let pairs = pairs.into_iter().flat_map(|(found, _)| found);
         let mut found: Vec<Excluded> = pairs.chain(zones).collect();
+        if when == EndpointKind::Tasks {
+            found.extend(other_tasks(&judge, &sites, &kept));
+        }
         found.sort_by_key(|it| it.drone);
         let worst = worst(&found);
         conflicts.more += untold + found.len() - worst.len();
@@ -487,6 +526,42 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
         meeting: None,
     };
     by.into_iter().map(excluded).collect()
+}
+
+/// The other tasks at which a drone that ends where it breaks a zone's limit breaks one: it is not
+/// searched for, so that the search does not find them.
+fn other_tasks(judge: &EndpointJudge<'_>, sites: &Sites, goals: &[Excluded]) -> Vec<Excluded> {
+    let over_zones = goals.iter().filter_map(|it| match it.blocker {
+        Blocker::Zone(_) => Some(it.drone),
+        Blocker::Drone(_) => None,
+    });
+    let over_zones: BTreeSet<usize> = over_zones.collect();
+    let tasks = sites.all().iter();
+    let tasks = tasks.filter(|it| it.task.is_some() && over_zones.contains(&it.drone));
+    let tasks: Vec<&Site> = tasks.collect();
+    let broken = tasks.into_par_iter().flat_map_iter(|site| {
+        (0..judge.world.zones.len()).filter_map(move |k| {
+            let own = judge.downwash(site, k)?;
+            let peak = judge.zone_peak(k, &[&own])?;
+            Some(Excluded {
+                drone: site.drone,
+                blocker: Blocker::Zone(k),
+                why: Exclusion::Zone {
+                    air_mps: peak.air_mps,
+                    limit_mps: judge.world.zones[k].air_limit_mps?,
+                },
+                meeting: Some(Meeting {
+                    task: site.task.map(|task| task + 1),
+                    their_task: None,
+                    during_s: site.task.and_then(|task| {
+                        let asked = judge.world.drones[site.drone].tasks.get(task)?;
+                        asked.during_s
+                    }),
+                }),
+            })
+        })
+    });
+    broken.collect()
 }
 
 /// The nearest place at which a drone is in order with all others of its set, those that are

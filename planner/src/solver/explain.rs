@@ -8,6 +8,7 @@ use costmap::verdict::Why;
 use nalgebra::{Point3, Vector3};
 
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::lattice::Spacing;
 use crate::graph::passage::{Passage, passage};
 use crate::plan::cause::{
     ClosedBy, Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath,
@@ -15,6 +16,7 @@ use crate::plan::cause::{
 };
 use crate::plan::outcome::{Blocker, Control, Effort, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
+use crate::scenario::cell;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtEnd, Drone, PathMotion, World, Zone};
 use crate::sipp::search::{Obstruction, Obstructor};
@@ -59,10 +61,19 @@ const PASS_STATES: u64 = 24;
 const MARGINS: [f64; 3] = [1.02, 1.1, 1.25];
 /// The same for a zone's limit, whose bounds are coarser: chosen here.
 const ZONE_RAISES: [f64; 5] = [1.25, 1.6, 2.0, 3.0, 5.0];
+/// How often what lies between the last that was too low and the first that will do is halved:
+/// chosen here, to a few percent of it.
+const ZONE_HALVINGS: usize = 4;
 /// How far tasks are raised in turn (m): chosen here.
 const TASK_STEP_M: f64 = 0.5;
 /// How often: chosen here.
 const MOST_TASK_STEPS: usize = 12;
+/// How many times as far as to the nearest place that is in order a goal is moved in turn: chosen
+/// here, drones need room to fly.
+const FARTHER: [f64; 3] = [1.0, 2.0, 4.0];
+/// Of the states of a plan that shows whether something would help, each place of a goal gets one
+/// in so many: chosen here, where the nearest asks for most of them another asks for few.
+const SHARE_OF_PLACES: u64 = 4;
 /// How far tasks are moved aside in turn (m): chosen here, what a person would move them by.
 const ASIDE_M: [f64; 5] = [0.5, 1.0, 1.5, 2.0, 3.0];
 /// Bearings of that: chosen here.
@@ -125,6 +136,12 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         let mut drones = paths.unplanned.iter().map(|(drone, _)| *drone);
         let first = group.and_then(|group| drones.find(|drone| groups[group].contains(drone)));
         let remedy = match (group.and_then(|group| remedies[group].as_ref()), first) {
+            // What helps the first may leave others of the group as they are.
+            (Some(Remedy::MoveTask(moved) | Remedy::MoveLanding(moved)), Some(first))
+                if first != drone && moved.refused.iter().any(|it| it == name(world, drone)) =>
+            {
+                Remedy::NoneAtAnyLimit
+            }
             (Some(_), Some(first)) if first != drone => {
                 Remedy::SameAs(name(world, first).to_owned())
             }
@@ -179,7 +196,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
             FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
                 short_m,
                 remedy: refusals
-                    .past_landing(drone, Remedy::MoveTask)
+                    .past_landing(drone, &[drone], Remedy::MoveTask)
                     .unwrap_or(Remedy::Unknown),
             },
         },
@@ -355,7 +372,7 @@ impl Refusals<'_> {
         let spent = || self.effort.borrow().expansions;
         let raised = |times: f64, most_expansions: u64| {
             let terms = Terms {
-                cell_m: self.world.planning.cell_m,
+                spacing: Spacing::of(self.world.planning.cell_m),
                 raised: [times, 1.0],
                 most_expansions: most_expansions.min(self.most_expansions()?),
                 improves: false,
@@ -412,7 +429,7 @@ impl Refusals<'_> {
         let Some(drone) = unplanned.find(|drone| group.contains(drone)) else {
             return Remedy::NoneAtAnyLimit;
         };
-        if let Some(remedy) = self.past_landing(drone, Remedy::MoveLanding) {
+        if let Some(remedy) = self.past_landing(drone, group, Remedy::MoveLanding) {
             return remedy;
         }
         let tasks = &self.world.drones[drone.0 as usize].tasks;
@@ -420,28 +437,34 @@ impl Refusals<'_> {
             return Remedy::NoneAtAnyLimit;
         };
         let places_m = aside_m(tasks[task].to_m).chain(above_m(tasks[task].to_m));
-        let planned = self.planned_at(drone, task, places_m);
+        let planned = self.planned_at((drone, task), (group, 1), places_m);
         planned.map_or(Remedy::NoneAtAnyLimit, Remedy::MoveTask)
     }
 
     /// What helps where the landing is the cause: a place of the last task from which the drone
     /// lands, or that it stays in the air. `None` where it does not land, or is not planned without
     /// landing.
-    fn past_landing(&self, drone: DroneId, moves: fn(Moved) -> Remedy) -> Option<Remedy> {
+    fn past_landing(
+        &self,
+        drone: DroneId,
+        group: &[DroneId],
+        moves: fn(Moved) -> Remedy,
+    ) -> Option<Remedy> {
         let index = drone.0 as usize;
         if self.world.drones[index].at_end != AtEnd::Land {
             return None;
         }
         let mut hovering = self.world.clone();
         hovering.drones[index].at_end = AtEnd::Hover;
-        if !self.would_plan(&hovering, &[drone]) {
+        if !self.would_plan(&hovering, group) {
             return None;
         }
         let tasks = &self.world.drones[index].tasks;
         let moved = tasks.len().checked_sub(1).and_then(|task| {
             let places_m = aside_m(tasks[task].to_m);
-            self.planned_at(drone, task, places_m)
+            self.planned_at((drone, task), (group, 1), places_m)
         });
+        let moved = moved.filter(|it| it.refused.is_empty());
         Some(moved.map_or(Remedy::StayUp, moves))
     }
 
@@ -451,7 +474,7 @@ impl Refusals<'_> {
         let Obstructor::Zone(zone) = by.by else {
             return Remedy::Unknown;
         };
-        if let Some(remedy) = self.past_landing(drone, Remedy::MoveLanding) {
+        if let Some(remedy) = self.past_landing(drone, &[drone], Remedy::MoveLanding) {
             return remedy;
         }
         let tasks = &self.world.drones[drone.0 as usize].tasks;
@@ -463,7 +486,7 @@ impl Refusals<'_> {
         let nearest = (0..tasks.len()).min_by(|a, b| beside_m(*a).total_cmp(&beside_m(*b)));
         let moved = nearest.and_then(|task| {
             let places_m = above_m(tasks[task].to_m).chain(aside_m(tasks[task].to_m));
-            self.planned_at(drone, task, places_m)
+            self.planned_at((drone, task), (&[drone], 1), places_m)
         });
         if let Some(moved) = moved {
             return Remedy::MoveTask(moved);
@@ -471,23 +494,41 @@ impl Refusals<'_> {
         let limit_mps = self.world.zones[zone].air_limit_mps;
         let limits = limit_mps
             .map(|limit_mps| ZONE_RAISES.map(|times| (limit_mps * times * 10.0).ceil() / 10.0));
-        let enough = limits.into_iter().flatten().find(|air_limit_mps| {
+        let is_enough = |air_limit_mps: f64| {
             let mut raised = self.world.clone();
-            raised.zones[zone].air_limit_mps = Some(*air_limit_mps);
+            raised.zones[zone].air_limit_mps = Some(air_limit_mps);
             self.would_plan(&raised, &[drone])
+        };
+        let mut too_low_mps = limit_mps.unwrap_or_default();
+        let mut limits = limits.into_iter().flatten();
+        let mut enough = limits.find(|limit_mps| {
+            let is_enough = is_enough(*limit_mps);
+            if !is_enough {
+                too_low_mps = *limit_mps;
+            }
+            is_enough
         });
+        for _ in 0..ZONE_HALVINGS {
+            let Some(known_mps) = enough else { break };
+            let middle_mps = (f64::midpoint(too_low_mps, known_mps) * 10.0).ceil() / 10.0;
+            match middle_mps < known_mps && is_enough(middle_mps) {
+                true => enough = Some(middle_mps),
+                false => too_low_mps = middle_mps.min(known_mps),
+            }
+        }
         enough.map_or(Remedy::Unknown, |air_limit_mps| Remedy::RaiseZone {
             zone: self.world.zones[zone].name.clone(),
             air_limit_mps,
         })
     }
 
-    /// The first of some places (m) of a task with which a drone is planned: of those where it may
-    /// hover were no other drone there, so many are tried.
+    /// The first of some places (m) of a task with which all of a group are planned, or the drone
+    /// itself and as many others as with any: of those where it may hover were no other drone
+    /// there, so many are tried.
     fn planned_at(
         &self,
-        drone: DroneId,
-        task: usize,
+        (drone, task): (DroneId, usize),
+        (group, share): (&[DroneId], u64),
         places_m: impl Iterator<Item = Point3<f64>>,
     ) -> Option<Moved> {
         let moved = places_m.filter_map(|to_m| {
@@ -497,11 +538,25 @@ impl Refusals<'_> {
                 moved.check().is_ok() && endpoints::alone_at(&moved, drone, task).count() == 0;
             is_free.then_some((to_m, moved))
         });
-        let mut moved = moved.take(MOST_PLACES);
-        let planned = moved.find(|(_, moved)| self.would_plan(moved, &[drone]));
-        planned.map(|(to_m, _)| Moved {
+        let mut best: Option<(Point3<f64>, Vec<DroneId>)> = None;
+        for (to_m, moved) in moved.take(MOST_PLACES) {
+            let Some(refused) = self.refused_by(&moved, group, share) else {
+                continue;
+            };
+            let fewest = best.as_ref().map(|(_, fewest)| fewest.len());
+            let is_better = fewest.is_none_or(|fewest| refused.len() < fewest);
+            if is_better && !refused.contains(&drone) {
+                best = Some((to_m, refused));
+            }
+            if best.as_ref().is_some_and(|(_, refused)| refused.is_empty()) {
+                break;
+            }
+        }
+        let name = |drone: &DroneId| name(self.world, *drone).to_owned();
+        best.map(|(to_m, refused)| Moved {
             task: task + 1,
             to_m,
+            refused: refused.iter().map(name).collect(),
         })
     }
 
@@ -522,7 +577,8 @@ impl Refusals<'_> {
                     None => it.start_m = *fix_m,
                 }
             }
-            self.would_plan(&changed, &[drone])
+            let refused = self.refused_by(&changed, &[drone], SHARE_OF_PLACES);
+            refused.is_some_and(|refused| refused.is_empty())
         };
         let elsewhere = || {
             // The task of a meeting is one of that drone.
@@ -530,10 +586,20 @@ impl Refusals<'_> {
             let task = task_of(own).filter(|_| own.name == conflict.drone)?;
             let goal_m = own.tasks[task].to_m;
             let places_m = aside_m(goal_m).chain(above_m(goal_m));
-            let moved = self.planned_at(drone, task, places_m)?;
-            Some(moved.to_m)
+            let moved = self.planned_at((drone, task), (&[drone], SHARE_OF_PLACES), places_m)?;
+            moved.refused.is_empty().then_some(moved.to_m)
         };
-        conflict.nearest_fix_m.filter(is_planned).or_else(elsewhere)
+        let is_own = conflict.drone == name(self.world, drone);
+        let nearest_m = conflict.nearest_fix_m.map(|nearest_m| {
+            let (from_m, times) = match is_own {
+                true => (conflict.at_m, &FARTHER[..]),
+                false => (nearest_m, &FARTHER[..1]),
+            };
+            let farther = times.iter();
+            farther.map(move |times| typed_m(from_m + *times * (nearest_m - from_m)))
+        });
+        let mut nearest_m = nearest_m.into_iter().flatten();
+        nearest_m.find(is_planned).or_else(elsewhere)
     }
 
     /// States of the next plan that only shows whether something would help; `None`: enough was
@@ -547,22 +613,30 @@ impl Refusals<'_> {
         (spent < MOST_EXPANSIONS_IN_ALL).then_some(most)
     }
 
-    /// Whether these drones are planned if the world is changed so: a small fleet is planned whole,
-    /// as a run would; of a large one these alone among the rest.
+    /// Whether these drones are planned if the world is changed so, and all that are now.
     fn would_plan(&self, changed: &World, drones: &[DroneId]) -> bool {
+        let refused = self.refused_by(changed, drones, 1);
+        refused.is_some_and(|refused| refused.is_empty())
+    }
+
+    /// Who is refused if the world is changed so, of these drones and all that are planned now: a
+    /// small fleet is planned whole, as a run would; of a large one these alone among the rest.
+    /// `None`: one in so many of its states did not tell.
+    fn refused_by(&self, changed: &World, drones: &[DroneId], share: u64) -> Option<Vec<DroneId>> {
         if (self.control.stop)() || changed.check().is_err() {
-            return false;
+            return None;
         }
-        let left_out = |paths: &Paths| {
-            let mut unplanned = paths.unplanned.iter();
-            unplanned.any(|(drone, _)| drones.contains(drone))
+        let refused = |paths: &Paths| {
+            let is_now = |drone: &DroneId| self.paths.unplanned.iter().any(|it| it.0 == *drone);
+            let unplanned = paths.unplanned.iter().map(|(drone, _)| *drone);
+            let refused = unplanned.filter(|it| drones.contains(it) || !is_now(it));
+            refused.collect::<Vec<_>>()
         };
         if changed.drones.len() <= MOST_SMALL {
-            let Some(most) = self.most_expansions() else {
-                return false;
-            };
-            let tried = tried(changed, self.control, most, &mut self.effort.borrow_mut());
-            return tried.is_some_and(|paths| !left_out(&paths));
+            let most = self.most_expansions()? / share;
+            let changed = cell::chosen_anew(changed.clone());
+            let tried = tried(&changed, self.control, most, &mut self.effort.borrow_mut());
+            return tried.as_ref().map(refused);
         }
         let subfleet = Subfleet {
             world: changed,
@@ -573,19 +647,30 @@ impl Refusals<'_> {
             prepared: &Prepared::default(),
         };
         let own = std::iter::once(changed.planning.cell_m);
-        own.chain(divided_cells_m(changed, 2.0)).any(|cell_m| {
+        let mut known: Option<Vec<DroneId>> = None;
+        for cell_m in own.chain(divided_cells_m(changed, 2.0)) {
             let Some(most_expansions) = self.most_expansions() else {
-                return false;
+                break;
             };
             let terms = Terms {
-                cell_m,
+                spacing: Spacing::of(cell_m),
                 raised: [1.0; 2],
                 most_expansions,
                 improves: false,
             };
             let found = subfleet.replanned(&terms, &mut self.effort.borrow_mut());
-            found.is_some_and(|found| found.unplanned == 0)
-        })
+            let Some(found) = found else {
+                continue;
+            };
+            let refused = refused(&found.paths);
+            if (known.as_ref()).is_none_or(|known| refused.len() < known.len()) {
+                known = Some(refused);
+            }
+            if known.as_ref().is_some_and(Vec::is_empty) {
+                break;
+            }
+        }
+        known
     }
 }
 
@@ -680,5 +765,117 @@ fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy
     match is_open(&world.zones, LEAST_BODY_M) {
         true => ClosedBy::Gap,
         false => ClosedBy::Solids,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use crate::plan::cause::{FailureCause, Remedy};
+    use crate::plan::outcome::{Control, EndpointKind, Planned};
+    use crate::scenario::read_world;
+    use crate::scenario::world::World;
+
+    fn planned(world: &World) -> Planned {
+        let outcome = crate::plan_world(world, &Control::QUIET).expect("in order");
+        outcome.into_planned().expect("starts are apart")
+    }
+
+    const RULES: &str = "planning: (motion: Straight), air: (convection: None)";
+
+    /// A drone that has to cross a zone as wide as its hall, which is so high (m).
+    fn across(height_m: f64, air_limit_mps: f64) -> World {
+        let text = format!(
+            r#"(name: "across", bounds_m: (min: (0, 0, 0), max: (12, 4, {height_m})),
+            zones: [(name: "z", min_m: (4, 0, 0), max_m: (7, 4, 1), air_limit_mps: {air_limit_mps})],
+            drones: [(name: "m", airframe: "matrice-300", start_m: (1, 2, 5), tasks: [(to_m: (11, 2, 5))])], {RULES})"#
+        );
+        read_world(&text).expect("in order")
+    }
+
+    #[test]
+    fn a_zone_is_crossed_as_high_as_it_has_to_be_and_bounds_allow() {
+        // 4.75 m/s from the highest place, 5.2 from the height of start and goal.
+        for air_limit_mps in [4.7969, 4.85] {
+            let planned = planned(&across(6.0, air_limit_mps));
+            let plan = &planned.plan;
+            assert!(plan.is_safe(), "{air_limit_mps}: {:?}", planned.failures);
+            let places_m = &plan.drones[0].trajectory.position_m;
+            assert!(places_m.iter().any(|it| it.z == 6.0), "{places_m:?}");
+        }
+    }
+
+    #[test]
+    fn a_limit_of_a_zone_that_would_do_is_not_far_above_one_that_does_not() {
+        let mut world = across(5.0, 4.7);
+        let failures = planned(&world).failures;
+        let FailureCause::Obstructed {
+            remedy: Remedy::RaiseZone { air_limit_mps, .. },
+            ..
+        } = failures[0].cause
+        else {
+            panic!("{failures:?}");
+        };
+        assert!(air_limit_mps < 1.13 * 5.2, "{air_limit_mps}");
+        world.zones[0].air_limit_mps = Some(air_limit_mps);
+        assert!(planned(&world).plan.is_safe());
+    }
+
+    #[test]
+    fn all_tasks_of_a_drone_that_ends_where_it_breaks_a_limit_are_told_at_once() {
+        let text = format!(
+            r#"(name: "over", bounds_m: (min: (0, 0, 0), max: (10, 8, 9)),
+            zones: [(name: "z0", min_m: (5.3, 1, 0), max_m: (7.7, 2.7, 1.1), air_limit_mps: 1.5)],
+            drones: [(name: "m", airframe: "matrice-300", start_m: (1, 7, 4),
+            tasks: [(to_m: (7.5, 2.5, 8.3), dwell_s: 5), (to_m: (1, 6, 4)), (to_m: (4.5, 0.8, 8.1))])], {RULES})"#
+        );
+        let mut world = read_world(&text).expect("in order");
+        let conflicts = planned(&world).conflicts.worst;
+        let places = conflicts.iter().map(|it| (it.when, it.task_of(3)));
+        let places: Vec<_> = places.collect();
+        assert_eq!(
+            places,
+            [
+                (EndpointKind::Goals, Some(2)),
+                (EndpointKind::Tasks, Some(0))
+            ]
+        );
+        // What is advised of both is planned together.
+        for conflict in &conflicts {
+            let task = conflict.task_of(3).expect("of a task");
+            world.drones[0].tasks[task].to_m = conflict.nearest_fix_m.expect("a place near");
+        }
+        assert!(planned(&world).plan.is_safe());
+    }
+
+    #[test]
+    fn a_pad_beside_another_is_moved_by_about_as_much_as_is_missing() {
+        let lands = |name: &str, from: &str, to: &str| {
+            format!(
+                r#"(name: "{name}", airframe: "kolibri", start_m: {from}, tasks: [(to_m: {to})], at_end: Land)"#
+            )
+        };
+        let text = format!(
+            r#"(name: "pads", bounds_m: (min: (0, 0, 0), max: (8, 8, 4)), drones: [{}, {}], {RULES})"#,
+            lands("a", "(1, 1, 2)", "(4, 4, 2)"),
+            lands("c", "(7, 1, 2)", "(4, 4.25, 1.8)")
+        );
+        let world = read_world(&text).expect("in order");
+        let conflicts = planned(&world).conflicts.worst;
+        let to_m = conflicts[0].nearest_fix_m.expect("a place near");
+        // 4 cm are missing, in steps of 10.
+        assert!((to_m - Point3::new(4.0, 4.25, 1.8)).norm() < 0.21, "{to_m}");
+        // It is planned as it is printed.
+        assert_eq!(to_m, super::typed_m(to_m));
+        let text = text.replace(
+            "(4, 4.25, 1.8)",
+            &format!("({}, {}, {})", to_m.x, to_m.y, to_m.z),
+        );
+        assert!(
+            planned(&read_world(&text).expect("in order"))
+                .plan
+                .is_safe()
+        );
     }
 }

@@ -73,12 +73,13 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         effort: RefCell::default(),
     });
 
-    run.endpoints.confirm_goals(|conflict| {
+    let planned_m = |conflict: &EndpointConflict| {
         let name = &world.drones[conflict.drone].name;
         let meeting = conflict.meeting.as_ref();
         let mut causes = failures.iter().map(|it| &it.cause);
         causes.find_map(|it| it.goal_m(name, meeting))
-    });
+    };
+    (run.endpoints).confirm_goals(world, planned_m, |moved| trials.is_planned(moved));
 
     (control.progress)(Progress::Verifying);
     let plan = assemble(world, &run.job, &paths);
@@ -269,8 +270,8 @@ impl<'a> Trials<'a> {
         if world.drones.len() > MOST_CONFIRMED || (self.control.stop)() {
             return false;
         }
-        let relaxed = world.relaxed();
-        let world = relaxed.as_ref().unwrap_or(world);
+        let world = world.relaxed().unwrap_or_else(|| world.clone());
+        let world = &cell::chosen_anew(world);
         let whole = match world.planning.motion {
             PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS_CONFIRMED,
             PathMotion::Straight => MOST_EXPANSIONS_CONFIRMED,

@@ -12,5 +12,6 @@ pub(crate) mod relaxed;
 pub(crate) mod subfleet;
 
 pub(crate) mod fleet;
+pub(crate) mod lanes;
 pub(crate) mod outlines;
 pub(crate) mod pibt;

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::{Distances, Mover, Speeds, UNREACHABLE};
-use crate::graph::lattice::Lattice;
+use crate::graph::lattice::{Lattice, Spacing};
 use crate::graph::passage::{Passage, Passages};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
 use crate::graph::turns::{Smoothing, lift_beyond_m, swerve_m};
@@ -49,7 +49,7 @@ pub(crate) struct Job {
 /// Makes the roadmap and every drone's agent. For drones that have no path on the lattice one is
 /// looked for beyond it, among `passages` of the same solids, until it says to `stop`.
 pub(crate) fn prepare(world: &World, passages: &Passages, stop: &dyn Fn() -> bool) -> Job {
-    let mut job = prepare_with(world, &[]);
+    let mut job = prepare_with(world, &Spacing::of(world.planning.cell_m), &[]);
     let mut looked = 0;
     for index in 0..job.agents.len() {
         if job.agents[index].alone_ticks != UNREACHABLE || looked == MOST_PASSAGES || stop() {
@@ -68,8 +68,8 @@ pub(crate) fn prepare(world: &World, passages: &Passages, stop: &dyn Fn() -> boo
     job
 }
 
-/// The same with paths beyond the lattice that are known already, and no others.
-pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
+/// The same on another lattice, with paths beyond it that are known already, and no others.
+pub(crate) fn prepare_with(world: &World, spacing: &Spacing, channels: &[Channel]) -> Job {
     let solids = Arc::new(Solids::of(world));
     let stops = world.drones.iter().flat_map(|drone| {
         let grounded = drone.at_start == AtStart::Landed;
@@ -79,7 +79,7 @@ pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
     let stops: Vec<Stop> = stops.collect();
     let (mut roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
-        world.planning.cell_m,
+        spacing,
         (!solids.is_empty()).then_some(&*solids),
         &stops,
     );

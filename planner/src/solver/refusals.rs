@@ -10,16 +10,18 @@ use std::collections::BTreeMap;
 use costmap::leg::DroneId;
 use rayon::prelude::*;
 
+use crate::graph::lattice::Spacing;
 use crate::plan::cause::Extent;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::limits::lattice_places;
 use crate::scenario::world::World;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
+use crate::solver::lanes;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{
     FailureKind, MOST_SMALL, Paths, UNTABULATED_LATE_STATES, UNTABULATED_STATES, is_slow, score,
 };
-use crate::solver::subfleet::{Prepared, Subfleet, Terms};
+use crate::solver::subfleet::{Prepared, Replanned, Subfleet, Terms};
 
 /// Cells are not made smaller (m): chosen here, what a drone can hold its place to.
 const LEAST_CELL_M: f64 = 0.1;
@@ -33,6 +35,10 @@ const MOST_DEAR_EXPANSIONS: u64 = 16_000;
 /// Plans with higher bounds that the verifier is asked about for one group: chosen here, up to a
 /// second of work each.
 const MOST_JUDGED: usize = 3;
+/// On so many lattices for one group what lies between bounds that are too low and those by which
+/// the verifier refuses a plan is halved, and how often: chosen here, to a few percent of the limit.
+const MOST_NARROWED: usize = 2;
+const MOST_HALVINGS: usize = 3;
 /// On what is tried in turn: into how many parts cells are divided, and how many times their limits
 /// drones and zones may reach by the bounds of the search, where the verifier decides. Chosen here:
 /// bounds on one wake over the discs are a few percent above it, those on several whose speeds add
@@ -66,6 +72,8 @@ const GROUP: [(f64, [f64; 2]); 6] = [
 /// States for the next attempt, an eighth of them without tables, if so many are left: chosen here,
 /// what a few drones need.
 const EXPANSIONS_OF_ONE: u64 = 20_000;
+/// The same along the sides of gaps, where drones pass at once or not at all: chosen here.
+const EXPANSIONS_OF_LANES: u64 = 5_000;
 /// For how many groups it is tried: chosen here.
 const MOST_GROUPS: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
@@ -137,12 +145,11 @@ pub(crate) fn planned_finer(
     effort: &mut Effort,
 ) -> Paths {
     let chosen: Vec<DroneId> = job.agents.iter().map(|agent| agent.drone).collect();
-    for parts in [2.0, 4.0] {
-        let cell_m = divided_cells_m(world, parts);
-        let Some(cell_m) = cell_m.filter(|_| is_slow(job, &paths) && !(control.stop)()) else {
-            break;
-        };
-        if !paths.unplanned.is_empty() {
+    let finer = [2.0, 4.0].map(|parts| divided_cells_m(world, parts).map(Spacing::of));
+    let finer = finer.into_iter().map_while(|it| it);
+    let lanes = std::iter::once_with(|| lanes_of(world, &chosen)).flatten();
+    for spacing in finer.chain(lanes) {
+        if !is_slow(job, &paths) || !paths.unplanned.is_empty() || (control.stop)() {
             break;
         }
         let subfleet = Subfleet {
@@ -154,7 +161,7 @@ pub(crate) fn planned_finer(
             prepared: &Prepared::default(),
         };
         let terms = Terms {
-            cell_m,
+            spacing,
             raised: [1.0; 2],
             most_expansions: EXPANSIONS_OF_ONE,
             improves: true,
@@ -269,6 +276,15 @@ pub(crate) fn divided_cells_m(world: &World, parts: f64) -> Option<f64> {
     (parts == 1.0 || fits).then_some(cell_m)
 }
 
+/// Lattices with lanes for some drones along the sides of gaps, none of them too large.
+fn lanes_of(world: &World, drones: &[DroneId]) -> Vec<Spacing> {
+    let size_m = world.bounds_m.max - world.bounds_m.min;
+    let drones = drones.iter().map(|it| &world.drones[it.0 as usize]);
+    let mut found = lanes::spacings(world, &drones.collect::<Vec<_>>());
+    found.retain(|it| lattice_places(size_m, it.cell_m) <= MOST_PLACES);
+    found
+}
+
 /// Drones among which some were refused.
 struct Refused<'a> {
     world: &'a World,
@@ -302,21 +318,31 @@ impl Refused<'_> {
             (false, true) => UNTABULATED_STATES * UNTABULATED_LATE_STATES,
             (false, false) => UNTABULATED_STATES,
         };
-        let mut judged = 0;
+        let (mut judged, mut narrowed) = (0, 0);
+        let mut too_low = None;
         let prepared = Prepared::default();
         let attempts = self.attempts.iter();
-        for &(parts, raised) in attempts.filter(|(parts, _)| *parts <= self.most_parts) {
-            let Some(cell_m) = divided_cells_m(self.world, parts) else {
-                continue;
-            };
+        let attempts = attempts.filter(|(parts, _)| *parts <= self.most_parts);
+        let mut attempts = attempts.filter_map(|(parts, raised)| {
+            let cell_m = divided_cells_m(self.world, *parts)?;
+            Some((Spacing::of(cell_m), *raised))
+        });
+        let first = attempts.next();
+        let lanes = std::iter::once_with(|| lanes_of(self.world, self.drones)).flatten();
+        let lanes = lanes.map(|spacing| (spacing, [1.0; 2]));
+        for (spacing, raised) in first.into_iter().chain(lanes).chain(attempts) {
+            let is_of_lanes = spacing != Spacing::of(spacing.cell_m);
             if self.unplanned(paths) == 0 || left == 0 || (self.control.stop)() {
                 break;
             }
             let is_exact = raised == [1.0; 2];
             let terms = Terms {
-                cell_m,
+                spacing,
                 raised,
-                most_expansions: EXPANSIONS_OF_ONE.min(UNTABULATED_STATES * left),
+                most_expansions: match is_of_lanes {
+                    true => EXPANSIONS_OF_LANES,
+                    false => EXPANSIONS_OF_ONE.min(UNTABULATED_STATES * left),
+                },
                 improves: true,
             };
             let subfleet = Subfleet {
@@ -335,16 +361,33 @@ impl Refused<'_> {
                 if (self.control.stop)() {
                     break;
                 }
-                ended = Some(ended.map_or(cell_m, |it: f64| it.min(cell_m)));
+                if !is_of_lanes {
+                    ended = Some(ended.map_or(spacing.cell_m, |it: f64| it.min(spacing.cell_m)));
+                }
                 continue;
             };
-            finest_m = finest_m.min(cell_m);
+            if !is_of_lanes {
+                finest_m = finest_m.min(spacing.cell_m);
+            }
             let is_better = found.unplanned < self.unplanned(paths);
-            let mut is_kept = || {
+            if !is_better {
+                too_low = Some((spacing, raised));
+                continue;
+            }
+            let mut is_kept = |found: &Replanned| {
                 judged += 1;
-                judged <= MOST_JUDGED && subfleet.judged(&found).1.violations.is_empty()
+                judged <= MOST_JUDGED && subfleet.judged(found).1.violations.is_empty()
             };
-            if is_better && (is_exact || is_kept()) {
+            let mut found = Some(found).filter(|it| is_exact || is_kept(it));
+            if found.is_none() && narrowed < MOST_NARROWED {
+                narrowed += 1;
+                let low = too_low.filter(|(on, _)| *on == spacing);
+                let low = low.map_or([1.0; 2], |(_, raised)| raised);
+                let before = effort.expansions;
+                found = self.narrowed(&subfleet, (low, terms), effort);
+                left = left.saturating_sub(effort.expansions - before);
+            }
+            if let Some(found) = found {
                 *paths = found.paths.clone();
                 found.note_alone(self.drones, job);
             }
@@ -357,6 +400,30 @@ impl Refused<'_> {
             },
             _ => Extent::NotFound { cell_m: finest_m },
         }
+    }
+
+    /// Plans them with bounds between those that are too low and those by which a plan is found that
+    /// the verifier refuses: the higher they are, the nearer a drone passes to save time, and the
+    /// way that holds may ask for little more than the limit.
+    fn narrowed(
+        &self,
+        subfleet: &Subfleet<'_>,
+        (mut low, terms): ([f64; 2], Terms),
+        effort: &mut Effort,
+    ) -> Option<Replanned> {
+        let mut high = terms.raised;
+        for _ in 0..MOST_HALVINGS {
+            let raised = [0, 1].map(|k| f64::midpoint(low[k], high[k]));
+            let found = subfleet.replanned(&Terms { raised, ..terms }, effort)?;
+            if found.unplanned >= self.unplanned(subfleet.paths) {
+                low = raised;
+            } else if subfleet.judged(&found).1.violations.is_empty() {
+                return Some(found);
+            } else {
+                high = raised;
+            }
+        }
+        None
     }
 
     /// How many of them have no path.

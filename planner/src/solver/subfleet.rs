@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use costmap::leg::{DroneId, Leg};
 
 use crate::graph::agent::Agent;
+use crate::graph::lattice::Spacing;
 use crate::plan::Plan;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::World;
@@ -32,19 +33,19 @@ pub(crate) struct Subfleet<'a> {
     pub(crate) prepared: &'a Prepared,
 }
 
-/// Roadmap and agents of a subfleet by the spacing of the lattice (m): it is planned on the same
+/// Roadmap and agents of a subfleet by the spacing of the lattice: it is planned on the same
 /// several times.
 #[derive(Debug, Default)]
-pub(crate) struct Prepared(RefCell<Vec<(f64, Job)>>);
+pub(crate) struct Prepared(RefCell<Vec<(Spacing, Job)>>);
 
 impl Prepared {
-    fn job(&self, cell_m: f64, prepare: impl FnOnce() -> Job) -> Job {
+    fn job(&self, spacing: Spacing, prepare: impl FnOnce() -> Job) -> Job {
         let mut known = self.0.borrow_mut();
-        if let Some((_, job)) = known.iter().find(|(own_m, _)| *own_m == cell_m) {
+        if let Some((_, job)) = known.iter().find(|(own, _)| *own == spacing) {
             return job.clone();
         }
         let job = prepare();
-        known.push((cell_m, job.clone()));
+        known.push((spacing, job.clone()));
         job
     }
 }
@@ -52,8 +53,8 @@ impl Prepared {
 /// On what a subfleet is planned.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Terms {
-    /// Spacing of the lattice (m).
-    pub(crate) cell_m: f64,
+    /// Its lattice.
+    pub(crate) spacing: Spacing,
     /// How many times the limits of drones, and of zones, wakes may reach by the bounds of the
     /// search. Beyond 1 a plan has to be verified.
     pub(crate) raised: [f64; 2],
@@ -84,15 +85,15 @@ impl Subfleet<'_> {
             .chain(all.filter(|drone| !is_chosen(drone)))
             .collect();
         let mut whole = self.world.clone();
-        whole.planning.cell_m = terms.cell_m;
+        whole.planning.cell_m = terms.spacing.cell_m;
         let drones = order.iter();
         whole.drones = drones
             .map(|it| self.world.drones[it.0 as usize].clone())
             .collect();
         let mut own = whole.clone();
         own.drones.truncate(self.chosen.len());
-        let prepare = || prepare_with(&own, &self.job.roadmap.channels());
-        let job = self.prepared.job(terms.cell_m, prepare);
+        let prepare = || prepare_with(&own, &terms.spacing, &self.job.roadmap.channels());
+        let job = self.prepared.job(terms.spacing, prepare);
         let mut run = Run::limited(&own, &quiet, job, terms.most_expansions);
         run.improves = terms.improves;
         let rest = order.iter().enumerate().skip(self.chosen.len());

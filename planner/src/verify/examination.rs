@@ -13,8 +13,9 @@ use super::scene::Scene;
 use super::time::closest::{Nearest, closest};
 use super::time::encounters::{Encounter, encounters};
 use super::{Report, checks::contents, judged};
+use crate::plan::cause::as_typed;
 use crate::plan::file::{DroneClaims, PlanFile, TIME_S, arrival_s};
-use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation};
+use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation, ZoneAir};
 
 /// The verifier's own error in the highest air: 0.1 % and 1e-4 U_H. Two programs may both err so.
 const AIR: (f64, f64) = (2e-3, 2e-4);
@@ -28,11 +29,9 @@ const DOSE: (f64, f64) = (5e-3, 1e-3);
 const PERCENT: f64 = 2e-2;
 /// Standard gravity as 9.81 or 9.806 65 m/s² differs by 2e-4 in an induced velocity.
 const HOVER: f64 = 1e-3;
-/// Of the highest air in a zone, found to 5 % by the verifier.
-const ZONE: f64 = 6e-2;
-/// What the bound of a zone's air may differ by where there is hardly any (m/s): far below what is
-/// printed.
-const SAME_BOUND_MPS: f64 = 1e-3;
+/// What the air of a zone may differ by beside what the verifier leaves open (m/s), chosen here: a
+/// tenth of what is printed.
+const SAME_AIR_MPS: f64 = 1e-3;
 
 /// What was found out about a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -365,7 +364,9 @@ impl Differences<'_> {
     /// do, with the strongest wake of that moment.
     fn worst(&mut self, k: usize, stated: &DroneClaims, slack_mps: f64) {
         let met = &self.report.exposures[k];
-        let told_s = |at_s: Option<f64>| at_s.map_or("none".to_owned(), |at_s| format!("{at_s} s"));
+        let told_s = |at_s: Option<f64>| {
+            at_s.map_or("none".to_owned(), |at_s| format!("{} s", as_typed(at_s)))
+        };
         let told = |from: &Option<String>| {
             let name = from.as_ref().map(|from| format!("`{from}`"));
             name.unwrap_or("none".to_owned())
@@ -415,7 +416,7 @@ impl Differences<'_> {
     }
 
     /// The highest air of the zones that are stated.
-    fn zones(&mut self, stated: &[crate::plan::ZoneAir]) {
+    fn zones(&mut self, stated: &[ZoneAir]) {
         for stated in stated {
             let key = |figure: &str| format!("zone_air `{}`: {figure}", stated.zone);
             let found = self
@@ -432,23 +433,44 @@ impl Differences<'_> {
                 let (stated, found) = (&stated.worst_air_from, &found.worst_air_from);
                 self.tell(None, &key("worst_air_from"), told(stated), told(found));
             }
-            let slack_mps = ZONE * found.worst_air_mps + super::SLIGHTEST_MPS;
-            let worst = (
-                "worst_air_mps",
-                Some(stated.worst_air_mps),
-                found.worst_air_mps,
-            );
-            let most_mps = found.at_most_mps.unwrap_or_default();
-            let (figure, stated_mps, found_mps) = worst;
-            self.number(None, &key(figure), stated_mps, (found_mps, slack_mps));
-            // A bound is worked out, not looked for: only rounding may differ.
-            let slack_mps = ZONE * most_mps + SAME_BOUND_MPS;
+            let (worst_mps, most_mps) = (found.worst_air_mps, found.at_most_mps);
+            let most_mps = most_mps.unwrap_or(worst_mps);
+            // The highest air there is lies between both.
+            let slack_mps = (most_mps - worst_mps).max(0.0) + SAME_AIR_MPS;
+            let told_mps = stated.worst_air_mps;
+            let figure = key("worst_air_mps");
+            self.number(None, &figure, Some(told_mps), (worst_mps, slack_mps));
             let figure = key("at_most_mps");
             self.number(None, &figure, stated.at_most_mps, (most_mps, slack_mps));
-            let names = |it: &crate::plan::ZoneAir| it.entered_by.join(", ");
+            if let Some(stated_mps) = stated.at_most_mps.filter(|it| *it < told_mps) {
+                let worst = format!("its own worst_air_mps of {} above it", as_typed(told_mps));
+                self.tell(None, &figure, as_typed(stated_mps).to_string(), worst);
+            }
+            self.zone_moment(stated, &found, slack_mps);
+            let names = |it: &ZoneAir| it.entered_by.join(", ");
             if stated.entered_by != found.entered_by {
                 self.tell(None, &key("entered_by"), names(stated), names(&found));
             }
+        }
+    }
+
+    /// When the highest air of a zone is stated to be: any moment at which it may be as high will
+    /// do.
+    fn zone_moment(&mut self, stated: &ZoneAir, found: &ZoneAir, slack_mps: f64) {
+        let Some(at_s) = stated.worst_air_at_s else {
+            return;
+        };
+        let is_same = |it: f64| (it - at_s).abs() <= TIME_S;
+        let most_mps = || {
+            let scene = self.judged_by.map(|(scene, _)| scene);
+            scene.map_or(0.0, |it| super::most_air_mps(it, &stated.zone, at_s))
+        };
+        let found_s = found.worst_air_at_s;
+        let is_as_high = || found_s.is_some() && most_mps() + slack_mps >= found.worst_air_mps;
+        if !found_s.is_some_and(is_same) && !is_as_high() {
+            let figure = format!("zone_air `{}`: worst_air_at_s", stated.zone);
+            let told = found_s.map_or("none".to_owned(), |it| as_typed(it).to_string());
+            self.tell(None, &figure, as_typed(at_s).to_string(), told);
         }
     }
 
@@ -487,7 +509,8 @@ impl Differences<'_> {
     ) {
         let is_close = |it: &f64| (it - found).abs() <= slack;
         if let Some(stated) = stated.filter(|it| !is_close(it)) {
-            self.tell(drone, figure, stated.to_string(), found.to_string());
+            let [stated, found] = [stated, found].map(|it| as_typed(it).to_string());
+            self.tell(drone, figure, stated, found);
         }
     }
 
@@ -536,5 +559,41 @@ mod tests {
         assert_eq!(differences(1e-4, "a"), ["worst_air_from"]);
         let stated = ["worst_air_mps", "worst_air_at_s", "worst_air_from"];
         assert_eq!(differences(0.1, "b"), stated);
+    }
+
+    /// The figures that differ where the air of a zone that a drone crosses is stated so.
+    fn of_zone(change: impl Fn(&mut ZoneAir)) -> Vec<String> {
+        let text = r#"{"format": "plan/2", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 8, 8]},
+            "zones": [{"name": "z", "min_m": [8, 3, 0], "max_m": [10, 5, 1], "air_limit_mps": 6}],
+            "air_delay": {"convection": [0.6, 1.0]}, "drones": [{"name": "a", "airframe": "offboard-2",
+            "trajectory": {"t_s": [0, 16], "position_m": [[1, 4, 5], [17, 4, 5]]}}]}"#;
+        let mut file = read(text).expect("a plan");
+        let mut zone_air = examine(&file, false).plan.zone_air;
+        assert!(zone_air[0].worst_air_mps > 1.0, "{zone_air:?}");
+        change(&mut zone_air[0]);
+        file.claims.zone_air = Some(zone_air);
+        let figures = examine(&file, false).differences.into_iter();
+        figures.map(|it| it.figure).collect()
+    }
+
+    #[test]
+    fn what_is_stated_of_the_air_of_a_zone_is_held_against_what_the_verifier_leaves_open() {
+        assert!(of_zone(|_| {}).is_empty());
+        let figure = |key: &str| format!("zone_air `z`: {key}");
+        for by_mps in [-0.2, 0.2] {
+            let figures = of_zone(|it| it.worst_air_mps += by_mps);
+            assert!(figures.contains(&figure("worst_air_mps")), "{figures:?}");
+            let figures = of_zone(|it| it.at_most_mps = it.at_most_mps.map(|mps| mps + by_mps));
+            assert!(figures.contains(&figure("at_most_mps")), "{figures:?}");
+        }
+        // However little it is.
+        let figures = of_zone(|it| it.at_most_mps = Some(it.worst_air_mps - 1e-4));
+        assert!(figures.contains(&figure("at_most_mps")), "{figures:?}");
+        for by_s in [-5.0, 5.0] {
+            let figures = of_zone(|it| it.worst_air_at_s = it.worst_air_at_s.map(|it| it + by_s));
+            assert_eq!(figures, [figure("worst_air_at_s")]);
+        }
+        let same = of_zone(|it| it.worst_air_at_s = it.worst_air_at_s.map(|it| it + 0.05));
+        assert!(same.is_empty(), "{same:?}");
     }
 }

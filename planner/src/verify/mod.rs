@@ -62,7 +62,7 @@ pub use checks::air::DroneExposure;
 pub use checks::contents::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
 pub use checks::lateness;
 pub use checks::obstacle::{SINK_M, TOUCH_M};
-use checks::zone::{Asked, SLIGHTEST_MPS};
+use checks::zone::Asked;
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
@@ -260,11 +260,14 @@ fn report(
         let limited = (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some());
         let judged: Vec<_> = limited
             .map(|zone| {
-                let found = zone::check(scene, zone, of_zones);
+                let mut found = zone::check(scene, zone, of_zones);
                 let on_time = |(_, it): &Found| it.kind == ViolationKind::Zone;
                 let is_kept = !found.iter().any(on_time);
                 let is_told = of_zones == Asked::Spans;
                 let air = is_told.then(|| air_of(scene, zone, is_kept));
+                if let Some(air) = &air {
+                    found.iter_mut().for_each(|it| decide(scene, air, it));
+                }
                 (found, air)
             })
             .collect();
@@ -334,7 +337,7 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
 /// The highest air of a zone, and the bodies that pass through it where they may; `is_kept`: no
 /// drone on time breaks its limit.
 fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
-    let zone::Told { worst, at_most_mps } = zone::worst(scene, zone, is_kept);
+    let zone::Told { worst, at_most_mps } = zone::worst(scene, zone, is_kept, zone::ALWAYS_S);
     let name = |k: usize| scene.flights[k].name.clone();
     let enters = |it: &&Flight| !zone.keep_out && obstacle::enters(scene, it, zone);
     let entered_by = scene.flights.iter().filter(enters);
@@ -346,6 +349,34 @@ fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
         worst_air_at_s: worst.map(|(_, t_s, _)| t_s),
         entered_by: entered_by.map(|it| it.name.clone()).collect(),
     }
+}
+
+/// What bounds leave open of a zone is decided where the highest air that was found in it is over
+/// its limit at that time.
+fn decide(scene: &Scene<'_>, air: &ZoneAir, (index, violation): &mut Found) {
+    let until_s = violation.until_s.unwrap_or(f64::INFINITY);
+    let is_then = |t_s: &f64| (violation.from_s..=until_s).contains(t_s);
+    let is_over = air.worst_air_mps > zone::VIOLATED * violation.limit;
+    let is_open = violation.is_bound && violation.kind == ViolationKind::Zone;
+    let at_s = air.worst_air_at_s.filter(is_then);
+    let flight = |name: &String| scene.flights.iter().find(|it| it.name == *name);
+    let from = air.worst_air_from.as_ref().and_then(flight);
+    if let (true, Some(at_s), Some(flight)) = (is_open && is_over, at_s, from) {
+        violation.drone = flight.name.clone();
+        violation.position_m = flight.position_m(at_s);
+        (violation.value, violation.is_bound) = (air.worst_air_mps, false);
+        *index = flight.index;
+    }
+}
+
+/// The highest air that a zone may have while some step of a moment lasts (m/s).
+fn most_air_mps(scene: &Scene<'_>, zone: &str, at_s: f64) -> f64 {
+    let zone = scene.zones.iter().find(|it| it.name == zone);
+    let told = zone.map(|zone| zone::worst(scene, zone, false, (at_s, at_s)));
+    told.map_or(0.0, |told| {
+        let worst_mps = told.worst.map_or(0.0, |(air_mps, _, _)| air_mps);
+        told.at_most_mps.max(worst_mps)
+    })
 }
 
 /// Writes what the verifier found, and why some drones stay behind, into a plan.
@@ -366,4 +397,40 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
     plan.violations = report.violations;
     plan.unplanned = unplanned;
     plan
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_found_over_the_limit_of_a_zone_is_not_left_open() {
+        let text = r#"{"format": "plan/2", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 8, 8]},
+            "zones": [{"name": "z", "min_m": [8, 3, 0], "max_m": [10, 5, 1], "air_limit_mps": 1}],
+            "drones": [{"name": "a", "airframe": "offboard-2",
+            "trajectory": {"t_s": [0, 16], "position_m": [[1, 4, 5], [17, 4, 5]]}}]}"#;
+        let plan = crate::plan::file::read(text).expect("a plan").plan;
+        let (scene, _) = contents::read(&plan);
+        let scene = scene.expect("it can be judged");
+        let air = air_of(&scene, scene.zones[0], false);
+        let known = zone::check(&scene, scene.zones[0], Asked::Spans);
+        let mut open = known[0].clone();
+        (open.1.is_bound, open.1.value) = (true, 9.0);
+        decide(&scene, &air, &mut open);
+        assert!(
+            !open.1.is_bound && open.1.value == air.worst_air_mps,
+            "{open:?}"
+        );
+        assert!(open.1.to_string().contains("at worst"), "{}", open.1);
+        // At another time, or within the limit, nothing is known.
+        for (from_s, limit) in [(15.9, 1.0), (0.0, 8.0)] {
+            let mut open = known[0].clone();
+            (open.1.is_bound, open.1.value) = (true, 9.0);
+            (open.1.from_s, open.1.until_s, open.1.limit) = (from_s, None, limit);
+            decide(&scene, &air, &mut open);
+            let told = open.1.to_string();
+            assert!(told.contains("could not be decided"), "{told}");
+            assert!(!told.contains("others"), "{told}");
+        }
+    }
 }

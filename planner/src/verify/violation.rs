@@ -177,7 +177,7 @@ impl fmt::Display for Violation {
                 "{who} is exposed to downwash of alpha {value:.3} {there}{shifted}, mostly from `{with}`; its limit is {limit:.3}"
             ),
             ViolationKind::Zone | ViolationKind::ZoneMargin if self.is_bound => format!(
-                "whether the downwash of {who} and others stays below {limit:.2} m/s in zone `{with}` {while_there} could not be decided; by bounds it is at most {value:.2} m/s"
+                "whether the air in zone `{with}` stays below {limit:.2} m/s {while_there}, could not be decided; by bounds it is at most {value:.2} m/s"
             ),
             ViolationKind::ZoneMargin => format!(
                 "with drones early or late the air in zone `{with}` is over {limit:.2} m/s {when}; at worst {value:.2} m/s, by {who} at {at}"

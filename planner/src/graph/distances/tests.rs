@@ -3,6 +3,7 @@ use petgraph::algo::dijkstra;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::*;
+use crate::graph::lattice::Spacing;
 use crate::graph::roadmap::Stop;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{Bounds, Obstacle, Solid};
@@ -53,7 +54,7 @@ fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
             lift_m: None,
         })
         .collect();
-    let (roadmap, vertices) = Roadmap::new(&bounds, 1.0, Some(&solids), &stops);
+    let (roadmap, vertices) = Roadmap::new(&bounds, &Spacing::of(1.0), Some(&solids), &stops);
     let mut own = vertices.clone();
     own.retain(|vertex| roadmap.is_stop(*vertex));
     own.sort_unstable();
@@ -166,7 +167,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
         swerve_m: 0.0,
         lift_m: None,
     };
-    let (roadmap, _) = Roadmap::new(&bounds, 1.0, None, &[stop]);
+    let (roadmap, _) = Roadmap::new(&bounds, &Spacing::of(1.0), None, &[stop]);
     let lattice = roadmap.lattice();
     let mut farther = 0;
     for seed in 0..40 {

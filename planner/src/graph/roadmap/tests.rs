@@ -56,7 +56,12 @@ fn every_way_is_as_clear_as_it_says() {
                 )
             })
             .collect();
-        let (roadmap, _) = Roadmap::new(&room([7.0, 7.0, 6.0]), 1.0, Some(&solids), &stops);
+        let (roadmap, _) = Roadmap::new(
+            &room([7.0, 7.0, 6.0]),
+            &Spacing::of(1.0),
+            Some(&solids),
+            &stops,
+        );
         let mut fitting = 0;
         for from in 0..roadmap.place_count() as Vertex {
             for (to, edge) in roadmap.edges(from).filter(|(_, edge)| edge.fits(RADIUS_M)) {
@@ -82,7 +87,12 @@ fn a_drone_takes_off_straight_up_from_the_shelf_it_stands_on() {
     let solids = solids(&[([1.0, 1.0, 0.0], [4.0, 4.0, 1.0])]);
     // Its body of 0.2 m touches the shelf; with a clearance of 0.1 m it is 0.3 m.
     let standing = stop([2.3, 2.4, 1.2], true);
-    let (roadmap, vertices) = Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
+    let (roadmap, vertices) = Roadmap::new(
+        &room([6.0, 6.0, 5.0]),
+        &Spacing::of(1.0),
+        Some(&solids),
+        &[standing],
+    );
     let out: Vec<(Vertex, Edge)> = roadmap.edges(vertices[0]).collect();
     assert_eq!(out.len(), 1);
     let (above, edge) = out[0];
@@ -98,7 +108,7 @@ fn a_drone_takes_off_straight_up_from_the_shelf_it_stands_on() {
     // In the air at the same place it has nowhere to go: it is too near to the shelf.
     let (roadmap, vertices) = Roadmap::new(
         &room([6.0, 6.0, 5.0]),
-        1.0,
+        &Spacing::of(1.0),
         Some(&solids),
         &[stop([2.3, 2.4, 1.2], false)],
     );
@@ -116,7 +126,12 @@ fn no_drone_takes_off_under_a_roof() {
         ([1.0, 1.0, 1.45], [4.0, 4.0, 1.6]),
     ]);
     let standing = stop([2.3, 2.4, 1.2], true);
-    let (roadmap, vertices) = Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
+    let (roadmap, vertices) = Roadmap::new(
+        &room([6.0, 6.0, 5.0]),
+        &Spacing::of(1.0),
+        Some(&solids),
+        &[standing],
+    );
     assert_eq!(roadmap.edges(vertices[0]).count(), 0);
 }
 
@@ -128,7 +143,12 @@ fn a_slit_lets_through_only_those_who_fit() {
         ([3.0, 2.25, 0.0], [3.2, 4.0, 3.0]),
     ]);
     let stops = [stop([1.5, 2.0, 1.5], false), stop([5.5, 2.0, 1.5], false)];
-    let (roadmap, vertices) = Roadmap::new(&room([7.0, 4.0, 3.0]), 0.5, Some(&solids), &stops);
+    let (roadmap, vertices) = Roadmap::new(
+        &room([7.0, 4.0, 3.0]),
+        &Spacing::of(0.5),
+        Some(&solids),
+        &stops,
+    );
     let reaches = |radius_m: f64| {
         let mut seen = vec![false; roadmap.place_count()];
         let mut open = vec![vertices[0]];

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use airflow::{FarField, Flown, Superposition};
 use nalgebra::Point3;
 
+use crate::plan::cause::as_typed;
 use crate::plan::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO, is_overloaded};
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Plan, Zone};
@@ -84,6 +85,7 @@ fn physical((what, range, unit): &Physical, value: f64) -> Result<(), String> {
         return Ok(());
     }
     let (low, high) = (range.start(), range.end());
+    let value = as_typed(value);
     let words = format!("{what} is {value} {unit}: not within {low} to {high}");
     Err(words.replace(" :", ":"))
 }
@@ -143,7 +145,9 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     if !(TIME_MARGIN_S.contains(&time_s) && TRACKING_M.contains(&tracking_m)) {
         margins = Margins::default();
         whole(format!(
-            "its margins are {time_s} s and {tracking_m} m; at most {} s and {} m can be judged",
+            "its margins are {} s and {} m; at most {} s and {} m can be judged",
+            as_typed(time_s),
+            as_typed(tracking_m),
             TIME_MARGIN_S.end(),
             TRACKING_M.end()
         ));
@@ -351,7 +355,7 @@ fn flight(
     let is_overloaded =
         |kg: &&f64| is_overloaded(&airframe, *kg * (1.0 - MASS_ROUNDING), density_kg_per_m3);
     if let Some(mass_kg) = drone.trajectory.mass_kg.iter().find(is_overloaded) {
-        let own_kg = airframe.mass_kg();
+        let [mass_kg, own_kg] = [*mass_kg, airframe.mass_kg()].map(as_typed);
         doubts.push(format!(
             "it weighs {mass_kg} kg, its airframe {own_kg} kg: none hovers at more than \
              {MOST_MASS_RATIO} times its mass, nor at an induced velocity above \

@@ -24,7 +24,7 @@ use crate::verify::time::spans::{between, join};
 use crate::verify::violation::{Found, Worst};
 
 /// A zone is violated above this part of its limit, chosen here.
-const VIOLATED: f64 = 1.005;
+pub(crate) const VIOLATED: f64 = 1.005;
 /// What cannot exceed this part of the limit is not searched further: no point of a zone found in
 /// order exceeds its limit by more. Chosen here: half as much again as is violated.
 const CLEARED: f64 = 1.0075;
@@ -99,6 +99,17 @@ pub(crate) struct Peak {
     place_m: Point3<f64>,
     /// It is an upper bound: no more parts were searched.
     is_bound: bool,
+}
+
+impl Peak {
+    /// Whether another says more: what was found before what may be, then the higher.
+    fn is_exceeded_by(&self, other: &Peak) -> bool {
+        match (self.is_bound, other.is_bound) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => other.air_mps > self.air_mps,
+        }
+    }
 }
 
 /// One wake that may reach a zone.
@@ -305,6 +316,9 @@ impl<'a> Late<'a> {
     }
 }
 
+/// From the first moment to the last (s).
+pub(crate) const ALWAYS_S: Span = (f64::NEG_INFINITY, f64::INFINITY);
+
 /// The highest air of a zone as far as few parts of each step show it.
 pub(crate) struct Told {
     /// The highest found (m/s), when (s), and whose wake is the strongest in it: a flight's index;
@@ -314,9 +328,10 @@ pub(crate) struct Told {
     pub(crate) at_most_mps: f64,
 }
 
-/// The highest air of a zone; `is_kept`: its limit is known to hold. Always the span of time with
-/// the highest bound is divided, until none can have more than what was found.
-pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
+/// The highest air of a zone, while steps meet a span of time (s); `is_kept`: its limit is known to
+/// hold. Always the span of time with the highest bound is divided, until none can have more than
+/// what was found.
+pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool, during_s: Span) -> Told {
     let air = ZoneAir::new(scene, zone);
     let (field, places_m) = (&air.field, &air.places_m);
     let mut worst: Option<(Peak, usize)> = None;
@@ -341,6 +356,9 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
         let known_mps = (TOLD * found_mps).max(SLIGHTEST_MPS / CLEARED);
         for it in new.drain(..) {
             let span_s = it.steps.span_of_s(it.between);
+            if span_s.1 < during_s.0 || during_s.1 < span_s.0 {
+                continue;
+            }
             let (high_mps, counting) = field.divided(&it.here, places_m, span_s, known_mps);
             let Some(here) = counting else {
                 at_most_mps = at_most_mps.max(high_mps);
@@ -401,7 +419,7 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
 /// The highest air of a zone over its limit with every drone on time (m/s); `None`: it is kept.
 pub(crate) fn worst_over_limit_mps(scene: &Scene<'_>, zone: &Zone) -> Option<f64> {
     let limit_mps = zone.air_limit_mps?;
-    let Told { worst, at_most_mps } = worst(scene, zone, false);
+    let Told { worst, at_most_mps } = worst(scene, zone, false, ALWAYS_S);
     let worst_mps = worst.map_or(0.0, |(air_mps, _, _)| air_mps);
     if worst_mps > VIOLATED * limit_mps {
         return Some(worst_mps);
@@ -449,7 +467,7 @@ fn over_limit(
         if parts.len() > before {
             worst.push((peak, from));
         } else if let Some(known) = worst.last_mut()
-            && peak.air_mps > known.0.air_mps
+            && known.0.is_exceeded_by(&peak)
         {
             *known = (peak, from);
         }
@@ -1151,6 +1169,11 @@ impl Field<'_> {
             let place_m = Point3::from(0.5 * (part.places_m.0 + part.places_m.1));
             let given_up = made >= above.most_parts;
             if given_up && !above.is_decided {
+                open_mps = part.high_mps;
+                break;
+            }
+            if given_up && violation.is_some() {
+                // That it is over the limit is known: no bound takes the place of what was found.
                 open_mps = part.high_mps;
                 break;
             }
