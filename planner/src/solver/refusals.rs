@@ -36,7 +36,8 @@ const MOST_DEAR_EXPANSIONS: u64 = 16_000;
 /// second of work each.
 const MOST_JUDGED: usize = 3;
 /// On so many lattices for one group what lies between bounds that are too low and those by which
-/// the verifier refuses a plan is halved, and how often: chosen here, to a few percent of the limit.
+/// the verifier refuses a plan is halved, and how often: chosen here, to a few percent of the
+/// limit.
 const MOST_NARROWED: usize = 2;
 const MOST_HALVINGS: usize = 3;
 /// On what is tried in turn: into how many parts cells are divided, and how many times their limits
@@ -402,9 +403,9 @@ impl Refused<'_> {
         }
     }
 
-    /// Plans them with bounds between those that are too low and those by which a plan is found that
-    /// the verifier refuses: the higher they are, the nearer a drone passes to save time, and the
-    /// way that holds may ask for little more than the limit.
+    /// Plans them with bounds between those that are too low and those by which a plan is found
+    /// that the verifier refuses: the higher they are, the nearer a drone passes to save time, and
+    /// the way that holds may ask for little more than the limit.
     fn narrowed(
         &self,
         subfleet: &Subfleet<'_>,

@@ -37,6 +37,18 @@ fn tall_corridor(length_m: f64, width_m: f64, body_radius_m: f64) -> World {
     world
 }
 
+/// The same, too narrow and too low for the two to pass on any side: half a metre by four tenths
+/// for centres that are seven tenths apart.
+fn closed_corridor() -> World {
+    let mut world = tall_corridor(8.0, 0.5, 0.25);
+    world.bounds_m.max.z = 0.75;
+    for drone in &mut world.drones {
+        drone.start_m.z = 0.55;
+        drone.tasks[0].to_m.z = 0.55;
+    }
+    world
+}
+
 #[test]
 fn what_whole_cells_refuse_is_planned_on_finer_ones() {
     for (length_m, width_m, body_radius_m) in [(20.0, 1.2, 0.25), (14.0, 1.4, 0.3), (9.0, 1.0, 0.2)]
@@ -50,14 +62,7 @@ fn what_whole_cells_refuse_is_planned_on_finer_ones() {
 
 #[test]
 fn a_refusal_says_how_far_it_was_looked() {
-    // Too narrow for two bodies on whatever cells, and too low for one above the other.
-    let mut world = tall_corridor(8.0, 0.9, 0.25);
-    world.bounds_m.max.z = 1.0;
-    for drone in &mut world.drones {
-        drone.start_m.z = 0.5;
-        drone.tasks[0].to_m.z = 0.5;
-    }
-    let planned = answered(&world);
+    let planned = answered(&closed_corridor());
     assert!(!planned.failures.is_empty());
     for failure in &planned.failures {
         let FailureCause::Obstructed { extent, .. } = &failure.cause else {
@@ -74,12 +79,7 @@ fn a_refusal_says_how_far_it_was_looked() {
 
 #[test]
 fn a_refusal_that_was_not_looked_into_to_the_end_says_that_planning_was_stopped() {
-    let mut world = tall_corridor(8.0, 0.9, 0.25);
-    world.bounds_m.max.z = 1.0;
-    for drone in &mut world.drones {
-        drone.start_m.z = 0.5;
-        drone.tasks[0].to_m.z = 0.5;
-    }
+    let world = closed_corridor();
     let asked = AtomicUsize::new(0);
     let extents = |most: usize| {
         asked.store(0, Ordering::Relaxed);
