@@ -59,21 +59,24 @@ fn a_drone_that_lands_and_drops_its_tasks_comes_to_rest_and_then_lands() {
 #[test]
 fn a_late_drone_on_a_path_found_on_finer_cells_is_planned_on_with_those_in_its_way() {
     let flown = flown(include_str!("../../../../../scenarios/landing-pads.ron"));
-    for (at_s, drone) in [
-        (5.0, "home-4"),
-        (5.5, "home-4"),
-        (6.0, "home-4"),
-        (8.0, "home-7"),
-    ] {
+    let mut ways_out = 0;
+    for (half, drone) in (8..20).flat_map(|half| [(half, "home-4"), (half, "home-7")]) {
+        let at_s = 0.5 * f64::from(half);
         let mut running = flown.clone();
         let told = changed(&mut running, at_s, late(drone, 1.0));
-        let gives_way = |it: &Changed| it.cause == Cause::GaveWay;
-        assert!(told.changed.iter().any(gives_way), "{told:#?}");
-        assert_eq!(told.refused, [], "{drone} at {at_s} s");
-        // It is within another's wake already.
-        assert_eq!(ahead(&running, at_s), told.unavoidable);
+        let gave_way = told.changed.iter().any(|it| it.cause == Cause::GaveWay);
+        if told.refused.is_empty() {
+            ways_out += usize::from(gave_way);
+            // It may be within another's wake already.
+            assert_eq!(
+                ahead(&running, at_s),
+                told.unavoidable,
+                "{drone} at {at_s} s"
+            );
+        }
         states_what_follows(&running);
     }
+    assert!(ways_out > 0);
 }
 
 #[test]
@@ -121,10 +124,14 @@ fn a_drone_that_fails_on_the_ground_lies_where_it_stood() {
 
 #[test]
 fn those_in_whose_way_one_stops_that_is_gone_give_way_or_cannot() {
+    let flown = flown(include_str!("../../../../../scenarios/circle-16.ron"));
     let mut ways_out = 0;
-    for at_s in [3.7, 4.3, 4.4, 4.5, 4.6, 4.7] {
-        let mut running = flown(include_str!("../../../../../scenarios/circle-16.ron"));
-        let told = changed(&mut running, at_s, failed("d4"));
+    for (at_s, k) in [3.7, 4.3, 4.7]
+        .into_iter()
+        .flat_map(|at_s| (1..=16).map(move |k| (at_s, k)))
+    {
+        let mut running = flown.clone();
+        let told = changed(&mut running, at_s, failed(&format!("d{k}")));
         assert_eq!(running.plan().violations, told.unavoidable, "{at_s} s");
         states_what_follows(&running);
         let gave_way = told.changed.iter().any(|it| it.cause == Cause::GaveWay);
