@@ -107,8 +107,16 @@ impl Course {
 
     /// How far a place is from the path that is planned from [`ABOUT_S`] before a time (s) to as
     /// much after it; at both ends it leads straight on, so that who stops too late is beside it by
-    /// nothing.
-    pub(crate) fn across_m(&self, t_s: f64, place_m: &Point3<f64>) -> f64 {
+    /// nothing. An upper bound where that is no more than is `known_m` already.
+    pub(crate) fn across_m(&self, t_s: f64, place_m: &Point3<f64>, known_m: f64) -> f64 {
+        let there = self.at(t_s);
+        let (off_m, along_mps) = (place_m - there.position_m, there.velocity_mps);
+        let late_s = off_m.dot(&along_mps) / along_mps.norm_squared().max(f64::MIN_POSITIVE);
+        let beside = self.at(t_s + late_s.clamp(-ABOUT_S, ABOUT_S));
+        let bound_m = (place_m - beside.position_m).norm();
+        if bound_m <= known_m {
+            return bound_m;
+        }
         let steps = -(ABOUT_S / APART_S) as i32..=(ABOUT_S / APART_S) as i32;
         let mut path_m: Vec<Point3<f64>> = steps
             .map(|step| self.at(t_s + f64::from(step) * APART_S).position_m)
@@ -186,7 +194,7 @@ mod tests {
         let plan = planner::plan::file::read(text).expect("a plan").plan;
         let course = Course::new(&plan, &plan.drones[0]).expect("a course");
         let across = |t_s: f64, at_m: [f64; 3], expected: f64| {
-            let found = course.across_m(t_s, &at_m.into());
+            let found = course.across_m(t_s, &at_m.into(), -1.0);
             // Rounding; a place is sought between samples.
             assert!((found - expected).abs() < 1e-9, "{t_s}, {at_m:?}: {found}");
         };

@@ -136,7 +136,7 @@ impl Tally {
         self.altitude.add(off_m.z);
         // It is no farther from its path than from its place.
         if off_m.norm() > self.across_max_m {
-            let across_m = course.across_m(t_s, &body.position_m);
+            let across_m = course.across_m(t_s, &body.position_m, self.across_max_m);
             self.across_max_m = self.across_max_m.max(across_m);
         }
     }
