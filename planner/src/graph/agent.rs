@@ -27,6 +27,8 @@ pub(crate) struct Agent {
     pub(crate) grounded: bool,
     /// Whose air it is in when it departs, and cannot but fly out of; see [`Agent::forgives`].
     pub(crate) forgiven: Vec<DroneId>,
+    /// How long after it departs it may take for that.
+    pub(crate) forgiven_ticks: u32,
     /// It comes, or is told to do something else, and could stay where it is.
     pub(crate) is_sent: bool,
     /// It stops in the way of those it forgives if it does not fly out of it.
@@ -165,8 +167,8 @@ impl Ending {
     }
 }
 
-/// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2
-/// s, two to four cells.
+/// How long after it departs a drone may take at most to fly out of the air that it is in: chosen
+/// here, 2 s, two to four cells.
 pub(crate) const FORGIVEN_TICKS: u32 = 200;
 
 impl Agent {
@@ -187,7 +189,7 @@ impl Agent {
 
     /// Whether a leg from `departs` on may be in any drone's way.
     pub(crate) fn forgives_some(&self, departs: Tick) -> bool {
-        !self.forgiven.is_empty() && departs < self.departs.after(FORGIVEN_TICKS)
+        !self.forgiven.is_empty() && departs < self.departs.after(self.forgiven_ticks)
     }
 
     /// What is flown of its path.

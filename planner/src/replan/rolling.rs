@@ -1063,7 +1063,9 @@ impl Turn<'_> {
                 let blockers = blockers_at_departure(running, index);
                 let firm = blockers.into_iter().filter(|it| !gives_way(it));
                 let firm: BTreeSet<DroneId> = firm.map(|it| it.drone).collect();
-                running.job.agents[index].forgiven = firm.into_iter().collect();
+                let agent = &mut running.job.agents[index];
+                agent.forgiven = firm.into_iter().collect();
+                agent.forgiven_ticks = FORGIVEN_TICKS / 8;
             }
         }
         let mut affected = Affected {
@@ -1098,6 +1100,19 @@ impl Turn<'_> {
             if !turned_away.is_empty() {
                 return Err(turned_away);
             }
+            // No longer in others' air than it takes.
+            let agents = &mut self.running.job.agents;
+            let mut is_hurried = false;
+            for (drone, _) in &paths.unplanned {
+                let agent = &mut agents[drone.0 as usize];
+                if !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS {
+                    agent.forgiven_ticks *= 2;
+                    is_hurried = true;
+                }
+            }
+            if is_hurried {
+                continue;
+            }
             let stuck = self.clashing(&paths, &affected.under_way, &stopped);
             let caught = match stuck.is_empty() {
                 true => self.caught(&paths, &stopped),
@@ -1110,6 +1125,7 @@ impl Turn<'_> {
             for (index, others) in caught {
                 let agent = &mut self.running.job.agents[index];
                 (agent.forgiven, agent.is_caught) = (others, true);
+                agent.forgiven_ticks = FORGIVEN_TICKS;
             }
             let running = &*self.running;
             for index in stuck {
@@ -1137,7 +1153,7 @@ impl Turn<'_> {
         let drones = running.world.drones.iter().zip(&running.job.agents);
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
             let is_forgiven = !agent.forgiven.is_empty();
-            let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
+            let out = if is_forgiven { agent.forgiven_ticks } else { 0 };
             // What is fixed never does anything else.
             let index = agent.drone.0 as usize;
             let track = &running.tracks[index];

@@ -411,6 +411,7 @@ pub(crate) fn agent_of(
         departs: Tick(0),
         begun: Vec::new(),
         forgiven: Vec::new(),
+        forgiven_ticks: 0,
         is_sent: false,
         is_caught: false,
         grounded: false,
