@@ -80,6 +80,25 @@ fn a_late_drone_on_a_path_found_on_finer_cells_is_planned_on_with_those_in_its_w
 }
 
 #[test]
+fn a_late_drone_is_in_anothers_air_no_longer_than_it_takes_to_fly_out() {
+    let mut running = flown(include_str!("../../../../../scenarios/warehouse.ron"));
+    let mut exposed_s = 0.0;
+    for (at_s, by_s) in [(3.0, 0.8), (9.0, 0.5)] {
+        let told = changed(&mut running, at_s, late("scan-1", by_s));
+        assert_eq!(ahead(&running, at_s), told.unavoidable);
+        let air = told.unavoidable.iter();
+        let air = air.filter(|it| it.kind == ViolationKind::Air);
+        let lasting = |it: &Violation| {
+            it.until_s
+                .map_or(f64::INFINITY, |until_s| until_s - it.from_s)
+        };
+        exposed_s += air.map(lasting).sum::<f64>();
+    }
+    // Of up to 2 s that it may take.
+    assert!(exposed_s < 0.5, "{exposed_s} s");
+}
+
+#[test]
 fn a_drone_that_comes_and_hardly_stops_is_refused_as_in_a_scenario() {
     let (world, plan) = hall(4);
     let straight = Running::new(world, plan).expect("its plan");
