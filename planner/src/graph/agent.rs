@@ -27,7 +27,7 @@ pub(crate) struct Agent {
     pub(crate) grounded: bool,
     /// Whose air it is in when it departs, and cannot but fly out of; see [`Agent::forgives`].
     pub(crate) forgiven: Vec<DroneId>,
-    /// How long after it departs it may take for that.
+    /// How long after it departs it may take for that, at first.
     pub(crate) forgiven_ticks: u32,
     /// It comes, or is told to do something else, and could stay where it is.
     pub(crate) is_sent: bool,
@@ -170,6 +170,8 @@ impl Ending {
 /// How long after it departs a drone may take at most to fly out of the air that it is in: chosen
 /// here, 2 s, two to four cells.
 pub(crate) const FORGIVEN_TICKS: u32 = 200;
+/// How long it may take at first: chosen here, a quarter of that.
+pub(crate) const FIRST_FORGIVEN_TICKS: u32 = 50;
 
 impl Agent {
     /// Whether a leg from `departs` on may be in a drone's way because it was before: body to body

@@ -48,7 +48,7 @@ use serde::Serialize;
 use super::change::{self, Change, ChangeError};
 use super::track::{State, Track, curve_m, cut, legs_of};
 use super::{GivenError, given};
-use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
+use crate::graph::agent::{Agent, Ending, FIRST_FORGIVEN_TICKS, FORGIVEN_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::passage::Passages;
@@ -1065,7 +1065,7 @@ impl Turn<'_> {
                 let firm: BTreeSet<DroneId> = firm.map(|it| it.drone).collect();
                 let agent = &mut running.job.agents[index];
                 agent.forgiven = firm.into_iter().collect();
-                agent.forgiven_ticks = FORGIVEN_TICKS / 8;
+                agent.forgiven_ticks = FIRST_FORGIVEN_TICKS;
             }
         }
         let mut affected = Affected {
@@ -1099,19 +1099,6 @@ impl Turn<'_> {
             let turned_away: Vec<Unplanned> = turned_away.collect();
             if !turned_away.is_empty() {
                 return Err(turned_away);
-            }
-            // No longer in others' air than it takes.
-            let agents = &mut self.running.job.agents;
-            let mut is_hurried = false;
-            for (drone, _) in &paths.unplanned {
-                let agent = &mut agents[drone.0 as usize];
-                if !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS {
-                    agent.forgiven_ticks *= 2;
-                    is_hurried = true;
-                }
-            }
-            if is_hurried {
-                continue;
             }
             let stuck = self.clashing(&paths, &affected.under_way, &stopped);
             let caught = match stuck.is_empty() {
@@ -1153,7 +1140,7 @@ impl Turn<'_> {
         let drones = running.world.drones.iter().zip(&running.job.agents);
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
             let is_forgiven = !agent.forgiven.is_empty();
-            let out = if is_forgiven { agent.forgiven_ticks } else { 0 };
+            let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
             // What is fixed never does anything else.
             let index = agent.drone.0 as usize;
             let track = &running.tracks[index];

@@ -17,7 +17,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use costmap::leg::Leg;
+use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
 use crate::graph::agent::Agent;
@@ -60,6 +60,13 @@ const PLAIN_SHARE: f64 = 0.12;
 /// of 1 m at 2 m/s.
 const TICKS_A_STATE: u64 = 25;
 
+/// For how long after it departs each step of a drone that is under way is judged in full, where
+/// the tables leave it no path: chosen here, 2 s, two to four cells.
+const FIRST_TICKS: u32 = 200;
+/// States of such a search, of which few are without tables, over those of one without any: chosen
+/// here.
+const MOST_UNTABULATED_AT_FIRST: u64 = 8;
+
 /// Paths tried by the reservation table's intervals before every step is judged; chosen here.
 const MOST_TRIES: usize = 16;
 
@@ -73,7 +80,8 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
     searched
 }
 
-/// Tries by the reservation table until a path holds. What refutes one is in the way of the next;
+/// Tries by the reservation table until a path holds; of a drone that is under way then once more,
+/// what it does at first judged in full. What refutes one is in the way of the next;
 /// what still does in the end gives way, or every step is judged in full.
 fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
@@ -83,27 +91,42 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let memo = Rc::new(RefCell::new(Memo::default()));
     let stays = Rc::new(Stays::new(&setting, agent));
     let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
-    for left in (0..tries).rev() {
-        // All tries together take no more states than one search may.
-        let rest = Setting {
-            most_expansions: setting.most_expansions.saturating_sub(expansions),
-            ..setting
-        };
-        let mut searched = look(rest, agent, &refuted, (&stays, &memo), &mut heuristic);
-        expansions += searched.expansions;
-        searched.expansions = expansions;
-        let Found::Path(path) = &mut searched.found else {
-            if searched.found == Found::Stopped {
+    // Who is under way may be so near to others at first that no table is fine enough.
+    let at_first = (!setting.under_way.is_empty()).then(|| {
+        let judged_until = agent.departs.after(FIRST_TICKS);
+        (
+            judged_until,
+            MOST_UNTABULATED_AT_FIRST.saturating_mul(setting.most_untabulated),
+        )
+    });
+    for (judged_until, most) in std::iter::once((Tick(0), u64::MAX)).chain(at_first) {
+        let most = most.min(setting.most_expansions.saturating_sub(expansions));
+        let until = expansions + most;
+        for left in (0..tries).rev() {
+            // All tries together take no more states than one search may.
+            let rest = Setting {
+                most_expansions: until.saturating_sub(expansions),
+                judged_until,
+                ..setting
+            };
+            let mut searched = look(rest, agent, &refuted, (&stays, &memo), &mut heuristic);
+            expansions += searched.expansions;
+            searched.expansions = expansions;
+            let Found::Path(path) = &mut searched.found else {
+                if searched.found == Found::Stopped {
+                    return searched;
+                }
+                break;
+            };
+            let against = objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
+            let gives_way =
+                |path: &mut Path| (left == 0 || !against.are_new) && against.give_way(path);
+            if against.all.is_allowed() || gives_way(path) {
                 return searched;
             }
-            break;
-        };
-        let against = objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
-        if against.all.is_allowed() || (left == 0 || !against.are_new) && against.give_way(path) {
-            return searched;
-        }
-        if !against.are_new {
-            break;
+            if !against.are_new {
+                break;
+            }
         }
     }
     let left = setting.most_expansions.saturating_sub(expansions);

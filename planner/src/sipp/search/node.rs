@@ -346,7 +346,10 @@ impl<'a> Nodes<'a> {
     fn reservations_at(&self, label: &Label) -> Option<(&'a ReservationTable<'a>, usize)> {
         let stay = (label.vertex, label.vertex);
         let reservations = self.setting.reservations?;
-        let known = !label.grounded && reservations.knows(label.vertex) && !self.refuted.has(stay);
+        let known = !label.grounded
+            && reservations.knows(label.vertex)
+            && !self.refuted.has(stay)
+            && label.at >= self.setting.judged_until;
         let kind = self.agent.kinds[usize::from(label.waypoint)];
         let class = known.then(|| reservations.class(self.agent.drone, kind))?;
         Some((reservations, class?))

@@ -111,6 +111,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) most_expansions: u64,
     /// Of them without tables, where what the tables let it find does not hold.
     pub(crate) most_untabulated: u64,
+    /// Steps that depart before are judged in full, whatever the tables say of them.
+    pub(crate) judged_until: Tick,
     /// Asked now and then.
     pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -135,6 +137,7 @@ impl<'a> Setting<'a> {
             careful: true,
             most_expansions: u64::MAX,
             most_untabulated: u64::MAX,
+            judged_until: Tick(0),
             stop,
         }
     }

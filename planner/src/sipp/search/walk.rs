@@ -645,6 +645,7 @@ impl<'a> Search<'a> {
             && reservations.knows(from.vertex)
             && reservations.knows(label.vertex)
             && !self.refuted.has((from.vertex, label.vertex))
+            && label.departs >= self.setting.judged_until
             // What is forgiven depends on how a drone is in the way.
             && !self.agent.forgives_some(label.departs);
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
@@ -725,7 +726,10 @@ impl<'a> Search<'a> {
         };
         let known = [parent.vertex, label.vertex].map(|it| reservations.knows(it)) == [true; 2];
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
-        let is_step = known && label.step == Step::Move && !self.came_by_refuted(label);
+        let is_step = known
+            && label.step == Step::Move
+            && label.departs >= self.setting.judged_until
+            && !self.came_by_refuted(label);
         let Some(class) = class.filter(|_| is_step) else {
             return true;
         };

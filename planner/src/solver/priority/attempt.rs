@@ -11,7 +11,7 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rayon::prelude::*;
 
-use crate::graph::agent::Agent;
+use crate::graph::agent::{Agent, FORGIVEN_TICKS};
 use crate::graph::distances::UNREACHABLE;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort, Progress};
@@ -41,6 +41,25 @@ const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
 /// States of one search among drones that are under way: chosen here, half a second of work. With a
 /// fifth of it some late drones find no way out that is there.
 const MOST_CHANGED_EXPANSIONS: u64 = 100_000;
+
+/// Searches for a path: of a drone that departs in others' air, for one that is soon out of it
+/// first.
+fn search_out(setting: Setting<'_>, agent: &Agent) -> Searched {
+    let searched = search(setting, agent);
+    let is_short = !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS;
+    if !is_short || !matches!(searched.found, Found::Blocked(_)) {
+        return searched;
+    }
+    let longer = Agent {
+        forgiven_ticks: FORGIVEN_TICKS,
+        ..agent.clone()
+    };
+    let again = search(setting, &longer);
+    Searched {
+        expansions: searched.expansions + again.expansions,
+        ..again
+    }
+}
 
 /// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
 /// are seldom in one another's way.
@@ -227,6 +246,7 @@ impl<'a> Attempt<'a> {
                 true => u64::MAX,
                 false => MOST_CHANGED_EXPANSIONS / self.untabulated_states(),
             },
+            judged_until: Tick(0),
             stop: self.control.stop,
         }
     }
@@ -499,7 +519,7 @@ impl<'a> Attempt<'a> {
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
                     let agent = &self.agents[drone.0 as usize];
-                    let searched = search(Setting { careful, ..setting }, agent);
+                    let searched = search_out(Setting { careful, ..setting }, agent);
                     let reservation = match &searched.found {
                         Found::Path(path) => {
                             let flown = agent.flown(&path.legs).into_owned();
