@@ -149,7 +149,7 @@ impl Service {
     /// How many drones the plan has; none is open: 0.
     pub fn drones(&self) -> usize {
         let flown = self.flown.as_ref();
-        flown.map_or(0, |it| it.running.plan().drones.len())
+        flown.map_or(0, |it| it.running.flown().drones.len())
     }
 
     /// Does again what a journal has kept, in its order; what that changed in the plan.
@@ -498,7 +498,7 @@ impl FlownPlan {
 
     /// Holds positions against the plan; drones that are not there yet or any more are passed over.
     fn judge(&self, state: &State, limit: &Limit<'_>) -> Result<Sighting, Refusals> {
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         let (mut late, mut off_path, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
         let mut seen = Vec::new();
         let drones = plan.drones.iter().enumerate();
@@ -719,7 +719,7 @@ impl FlownPlan {
         }
         self.tidied_s = at_s;
         let names = |it: &Running| -> BTreeSet<String> {
-            it.plan().drones.iter().map(|it| it.name.clone()).collect()
+            it.flown().drones.iter().map(|it| it.name.clone()).collect()
         };
         let before = names(&self.running);
         self.running.forget(at_s - HISTORY_S);
@@ -738,7 +738,7 @@ impl FlownPlan {
         changes: &[OneChange],
         limit: &Limit<'_>,
     ) -> Result<Patch, Failed> {
-        let known = self.running.plan().violations.clone();
+        let known = self.running.flown().violations.clone();
         let stop = || limit.is_over();
         let control = Control {
             stop: &stop,
@@ -748,7 +748,7 @@ impl FlownPlan {
         let told = told.map_err(Failed::Changes)?;
         limit.check().map_err(Failed::Refused)?;
         let from_s = told.from_s;
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         let is_new = |it: &&Violation| {
             it.matters_from(from_s) && !told.unavoidable.contains(it) && !known.contains(it)
         };
@@ -769,7 +769,7 @@ impl FlownPlan {
 
     fn patch(&self, told: Replanned) -> Patch {
         let from_s = told.from_s;
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         let changed = told.changed.into_iter().filter_map(|it| {
             let entry = plan.drone(&it.drone)?;
             Some(Changed {
@@ -848,7 +848,7 @@ pub(crate) fn asked(
 
 /// Whether a drone of the plan is off the ground at a time (s).
 fn flies(running: &Running, drone: &str, at_s: f64) -> bool {
-    let mut drones = running.plan().drones.iter();
+    let mut drones = running.flown().drones.iter();
     let index = drones.position(|it| it.name == drone);
     index.is_some_and(|it| running.is_there(it, at_s) && running.on_ground(it, at_s).is_none())
 }

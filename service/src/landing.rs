@@ -44,7 +44,7 @@ struct Landing {
 impl Landings {
     /// Of a plan at a time (s). Who lands already, has left or is yet to come is not in it.
     pub(crate) fn of(running: &Running, at_s: f64) -> Landings {
-        let (plan, world) = (running.plan(), running.world());
+        let (plan, world) = (running.flown(), running.world());
         let planning = &world.planning;
         let mut landings = Landings {
             all: Vec::new(),

@@ -36,7 +36,7 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
@@ -67,7 +67,7 @@ use crate::solver::assemble::{blank, fleet, rounded, stay_until, write_arrival, 
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
-use crate::verify::{Judgements, judged, verify_again};
+use crate::verify::{Judgements, exposed, exposures, judged, verify_again};
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
 const SPARE_DRONES: usize = 64;
@@ -79,8 +79,10 @@ const SPARE_DRONES: usize = 64;
 pub struct Running {
     /// With the drones that came, and the last tasks of all.
     world: World,
-    /// What has been flown and what will be, verified.
+    /// What has been flown and what will be, verified; exposures only as far as they are known.
     plan: Plan,
+    /// The same with all exposures, once it is asked for.
+    whole: OnceLock<Arc<Plan>>,
     /// What the verifier has found of it.
     judgements: Judgements,
     /// The world's obstacles and zones that keep bodies out, for places that are new.
@@ -188,6 +190,7 @@ impl Running {
             steps: None,
             judgements: Judgements::default(),
             world,
+            whole: OnceLock::from(Arc::new(plan.clone())),
             plan,
             job,
             tracks,
@@ -199,8 +202,18 @@ impl Running {
         Ok(running)
     }
 
-    /// The plan as it is now: what has been flown and what will be.
+    /// The plan as it is now: what has been flown and what will be. What air drones meet in it is
+    /// found when it is asked for first after a change: a patch does without.
     pub fn plan(&self) -> &Plan {
+        self.whole.get_or_init(|| {
+            let met = exposures(&self.plan, &self.judgements);
+            Arc::new(exposed(self.plan.clone(), met))
+        })
+    }
+
+    /// The same without what air drones meet: the figures of some are those of [`Running::plan`],
+    /// those of others are 0.
+    pub fn flown(&self) -> &Plan {
         &self.plan
     }
 
@@ -512,6 +525,7 @@ impl Running {
             unplanned.iter().all(|one| one.name != drone.name)
         });
         self.plan.ignoring_downwash = None;
+        self.whole = OnceLock::new();
         let report = verify_again(&self.plan, &mut self.judgements);
         self.plan = judged(self.plan.clone(), report, unplanned);
     }

@@ -11,8 +11,10 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::Judgement;
-use super::scene::Scene;
+use super::extents::Span;
+use super::scene::{Flight, Scene};
 use super::time::encounters::{Encounter, encounters_of};
+use super::time::spans::join;
 use crate::plan::{DronePlan, Plan, TrajectoryEntry};
 
 /// What was found of every drone of a plan whose places, air and margins stay as they are. Copies
@@ -98,10 +100,20 @@ impl FlownEntry {
     }
 }
 
+/// What is still true of a flight.
+pub(super) enum Still {
+    /// All that was found of it.
+    True(Arc<Judgement>),
+    /// That it breaks nothing outside of these spans, in order of time (s).
+    During(Vec<Span>),
+    /// Nothing is known.
+    Unknown,
+}
+
 /// What is still true of the flights of a plan, and what the others meet.
 pub(super) struct Known {
-    /// By flight; `None`: it is to be judged.
-    pub(super) judgements: Vec<Option<Arc<Judgement>>>,
+    /// By flight.
+    pub(super) still: Vec<Still>,
     /// Near each flight that is to be judged.
     pub(super) near: Vec<Vec<Encounter>>,
 }
@@ -124,21 +136,42 @@ impl Judgements {
         let by_name: FxHashMap<&str, f64> = by_name.map(|(it, s)| (&it.name[..], *s)).collect();
         let of_other_s = |name: &str| by_name.get(name).copied().unwrap_or(f64::NEG_INFINITY);
         let with_changed = encounters_of(scene, apart_s, &|k| differs_s[k] < f64::INFINITY);
-        let holds = |k: usize| {
-            let known = known(k).filter(|_| differs_s[k] == f64::INFINITY)?;
-            let before = known.near.iter();
-            let mut before = before.map(|(other, until_s)| (of_other_s(other), *until_s));
-            let now = with_changed[k].iter();
-            let mut now = now.map(|it| (differs_s[it.other], it.span_s.1));
+        let still = |k: usize| {
+            let known = known(k).filter(|_| differs_s[k] == f64::INFINITY);
+            let Some(known) = known else {
+                return Still::Unknown;
+            };
             // A clock may be ahead. Encounters that another flight has anew end after it differs:
             // those kept stay all there are.
-            let is_over = |(differs_s, until_s): (f64, f64)| until_s + apart_s < differs_s;
-            let holds = before.all(is_over) && now.all(is_over);
-            holds.then(|| Arc::clone(&known.judgement))
+            let is_over = |differs_s: f64, until_s: f64| until_s + apart_s < differs_s;
+            let mut before = known.near.iter();
+            let was = before.all(|(other, until_s)| is_over(of_other_s(other), *until_s));
+            let now = with_changed[k].iter();
+            let mut spans_s: Vec<Span> = now
+                .filter(|it| !is_over(differs_s[it.other], it.span_s.1))
+                .map(|it| it.span_s)
+                .collect();
+            if was && spans_s.is_empty() {
+                return Still::True(Arc::clone(&known.judgement));
+            }
+            // Less air and fewer bodies break nothing.
+            if !known.judgement.found.is_empty() {
+                return Still::Unknown;
+            }
+            spans_s.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut joined = Vec::new();
+            spans_s.into_iter().for_each(|it| join(&mut joined, it));
+            Still::During(joined)
         };
-        let judgements: Vec<_> = (0..flights.len()).map(holds).collect();
-        let near = encounters_of(scene, apart_s, &|k| judgements[k].is_none());
-        Known { judgements, near }
+        let still: Vec<Still> = (0..flights.len()).map(still).collect();
+        let near = encounters_of(scene, apart_s, &|k| !matches!(still[k], Still::True(_)));
+        Known { still, near }
+    }
+
+    /// What was found of a flight.
+    pub(super) fn of(&self, flight: &Flight) -> Option<&Arc<Judgement>> {
+        let known = self.of_drones.get(&flight.name);
+        known.map(|it| &it.judgement)
     }
 
     /// Keeps what was found of the flights of a plan for the next time.

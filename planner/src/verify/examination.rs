@@ -12,7 +12,7 @@ use super::checks::lateness::{self, Lateness};
 use super::scene::Scene;
 use super::time::closest::{Nearest, closest};
 use super::time::encounters::{Encounter, encounters};
-use super::{Report, checks::contents, judged};
+use super::{Report, checks::contents, extra_energy_j, judged};
 use crate::plan::cause::as_typed;
 use crate::plan::file::{DroneClaims, PlanFile, TIME_S, arrival_s};
 use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation, ZoneAir};
@@ -249,7 +249,7 @@ impl Differences<'_> {
         let alone = planned()
             .map(|(_, stated)| stated.alone_s)
             .sum::<Option<f64>>();
-        let energy_j = self.report.extra_energy_j();
+        let energy_j = extra_energy_j(&self.report.exposures);
         let (fleet, found) = (claims.fleet, &self.examined.fleet);
         self.number(
             None,

@@ -48,7 +48,7 @@ pub(crate) mod scene;
 mod time;
 mod violation;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -56,7 +56,7 @@ use serde::Serialize;
 
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
 pub(crate) use again::Judgements;
-use again::Known;
+use again::{Known, Still};
 pub use bounds::obstacles::NamedSolid;
 pub use checks::air::DroneExposure;
 pub use checks::contents::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
@@ -68,8 +68,9 @@ use checks::{
 };
 pub use extents::FAINTEST_WAKE_MPS;
 pub(crate) use extents::Places;
+use extents::Span;
 use scene::{Flight, Scene};
-use time::encounters::{Encounter, encounters};
+use time::encounters::{Encounter, encounters, encounters_of};
 use violation::Found;
 
 /// What the verifier found.
@@ -94,11 +95,6 @@ impl Report {
             (true, false) => Status::Partial,
             (true, true) => Status::Safe,
         }
-    }
-
-    /// What downwash costs the fleet (J).
-    fn extra_energy_j(&self) -> f64 {
-        self.exposures.iter().map(|it| it.extra_energy_j).sum()
     }
 }
 
@@ -163,10 +159,35 @@ pub fn verify(plan: &Plan) -> Report {
 }
 
 /// The same of a plan of which only drones have changed since it was judged last: what is still
-/// true of a drone is taken over. What was found is kept for the next time.
+/// true of a drone is taken over. What was found is kept for the next time. Exposures are zeros
+/// where they are not known from before; see [`exposures`].
 pub(crate) fn verify_again(plan: &Plan, known: &mut Judgements) -> Report {
     let (scene, malformed) = contents::read(plan);
     report(plan, scene.as_ref(), malformed, (Asked::Spans, Some(known)))
+}
+
+/// The exposures of all drones of a plan as it was judged last.
+pub(crate) fn exposures(plan: &Plan, known: &Judgements) -> Vec<DroneExposure> {
+    let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
+    let (Some(scene), _) = contents::read(plan) else {
+        return exposures;
+    };
+    let judged: Vec<_> = scene.flights.iter().map(|it| known.of(it)).collect();
+    let asked = |k: usize| judged[k].is_none_or(|it| it.exposure.get().is_none());
+    let near = encounters_of(&scene, 2.0 * scene.margins.time_s, &asked);
+    let told =
+        (judged.par_iter().zip(&near).zip(&scene.flights)).map(|((judged, near), flight)| {
+            let exposure = || air::exposure(&scene, near, flight);
+            match judged {
+                Some(judged) => judged.exposure.get_or_init(exposure).clone(),
+                None => exposure(),
+            }
+        });
+    let told: Vec<DroneExposure> = told.collect();
+    for (flight, told) in scene.flights.iter().zip(told) {
+        exposures[flight.index] = told;
+    }
+    exposures
 }
 
 /// The same without the highest air of zones: of their limits it is only told whether they are
@@ -183,20 +204,86 @@ struct Judgement {
     found: Vec<Violation>,
     /// How many more there are.
     untold: usize,
-    /// The air that it meets.
-    exposure: DroneExposure,
+    /// The air that it meets, once it is asked for.
+    exposure: OnceLock<DroneExposure>,
 }
 
 /// Judges one flight among those near it.
-fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Judgement {
+fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize, told: Told) -> Judgement {
     let flight = &scene.flights[k];
     let mut found = limits::check(scene, flight);
     found.extend(smooth::check(scene, flight));
     found.extend(obstacle::check(scene, flight));
+    let exposure = OnceLock::new();
+    let untold = among(
+        scene,
+        near,
+        k,
+        &mut found,
+        (told == Told::Exposures).then_some(&exposure),
+    );
+    Judgement {
+        found: found.into_iter().map(|(_, it)| it).collect(),
+        untold,
+        exposure,
+    }
+}
+
+/// Whether it is told what air flights meet, or only what they break.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Told {
+    Exposures,
+    Violations,
+}
+
+/// The same of a flight that broke nothing before, and is what it was, as are those near it outside
+/// of these spans; `None`: it breaks something now.
+fn judgement_during(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    k: usize,
+    spans_s: &[Span],
+) -> Option<Judgement> {
+    let within = |it: &Encounter| {
+        let parts = spans_s
+            .iter()
+            .map(|during_s| (it.span_s.0.max(during_s.0), it.span_s.1.min(during_s.1)));
+        let other = it.other;
+        let parts = parts.filter(|(from_s, until_s)| from_s < until_s);
+        parts
+            .map(move |span_s| Encounter { other, span_s })
+            .collect::<Vec<_>>()
+    };
+    let near: Vec<Encounter> = near.iter().flat_map(within).collect();
+    let mut found = Vec::new();
+    let untold = among(scene, &near, k, &mut found, None);
+    (found.is_empty() && untold == 0).then(|| Judgement {
+        found: Vec::new(),
+        untold,
+        exposure: OnceLock::new(),
+    })
+}
+
+/// Adds what a flight breaks among those near it to what it breaks by itself; how many more there
+/// are than are told. Tells the air that it meets where that is asked for.
+fn among(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    k: usize,
+    found: &mut Vec<Found>,
+    exposure: Option<&OnceLock<DroneExposure>>,
+) -> usize {
+    let flight = &scene.flights[k];
     found.extend(collision::check(scene, near, k));
     let slices = shifted_air::bounded(scene, near, flight);
-    let (air, exposure) = air::check(scene, (near, &slices), flight);
-    found.extend(air);
+    found.extend(match exposure {
+        Some(told) => {
+            let (air, met) = air::check(scene, (near, &slices), flight);
+            told.get_or_init(|| met);
+            air
+        }
+        None => air::violations(scene, (near, &slices), flight),
+    });
     let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
     let shifted = match found.iter().filter(collides).count() > CROWD {
         // What its margins break beside that is no news.
@@ -216,12 +303,7 @@ fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Judgement {
         .filter(|(_, it)| !known.contains(&what(it)))
         .collect();
     found.extend(shifted);
-    let untold = thin_out(&mut found);
-    Judgement {
-        found: found.into_iter().map(|(_, it)| it).collect(),
-        untold,
-        exposure,
-    }
+    thin_out(found)
 }
 
 /// The report of a plan that was read, with what is wrong with its contents; without the air of
@@ -239,20 +321,31 @@ fn report(
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
         let apart_s = 2.0 * scene.margins.time_s;
-        let Known { judgements, near } = match &known {
+        let Known { still, near } = match &known {
             Some(known) => known.still_true(plan, scene, apart_s),
             None => Known {
-                judgements: vec![None; scene.flights.len()],
+                still: scene.flights.iter().map(|_| Still::Unknown).collect(),
                 near: encounters(scene, apart_s),
             },
         };
-        let judged: Vec<Arc<Judgement>> = (judgements.into_par_iter().zip(&near).enumerate())
-            .map(|(k, (known, near))| known.unwrap_or_else(|| Arc::new(judgement(scene, near, k))))
+        let told = match &known {
+            Some(_) => Told::Violations,
+            None => Told::Exposures,
+        };
+        let judged: Vec<Arc<Judgement>> = (still.into_par_iter().zip(&near).enumerate())
+            .map(|(k, (still, near))| {
+                let during = match still {
+                    Still::True(known) => return known,
+                    Still::During(spans_s) => judgement_during(scene, near, k, &spans_s),
+                    Still::Unknown => None,
+                };
+                Arc::new(during.unwrap_or_else(|| judgement(scene, near, k, told)))
+            })
             .collect();
         for (flight, here) in scene.flights.iter().zip(&judged) {
             found.extend(here.found.iter().map(|it| (flight.index, it.clone())));
             untold += here.untold;
-            exposures[flight.index] = here.exposure.clone();
+            exposures[flight.index] = here.exposure.get().cloned().unwrap_or_default();
         }
         if let Some(known) = known {
             known.keep(plan, scene, &near, &judged);
@@ -382,8 +475,21 @@ fn most_air_mps(scene: &Scene<'_>, zone: &str, at_s: f64) -> f64 {
 /// Writes what the verifier found, and why some drones stay behind, into a plan.
 pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
     plan.status = report.status(&unplanned);
-    plan.fleet.extra_energy_j = report.extra_energy_j();
-    for (drone, met) in plan.drones.iter_mut().zip(report.exposures) {
+    plan.zone_air = report.zone_air;
+    plan.violations = report.violations;
+    plan.unplanned = unplanned;
+    exposed(plan, report.exposures)
+}
+
+/// What downwash costs a fleet (J).
+pub(crate) fn extra_energy_j(exposures: &[DroneExposure]) -> f64 {
+    exposures.iter().map(|it| it.extra_energy_j).sum()
+}
+
+/// Writes what air its drones meet into a plan.
+pub(crate) fn exposed(mut plan: Plan, exposures: Vec<DroneExposure>) -> Plan {
+    plan.fleet.extra_energy_j = extra_energy_j(&exposures);
+    for (drone, met) in plan.drones.iter_mut().zip(exposures) {
         drone.worst_air_mps = met.worst_air_mps;
         drone.worst_air_from = met.worst_air_from;
         drone.worst_air_at_s = met.worst_air_at_s;
@@ -393,9 +499,6 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
         // Told of another plan.
         drone.may_be_late_s = None;
     }
-    plan.zone_air = report.zone_air;
-    plan.violations = report.violations;
-    plan.unplanned = unplanned;
     plan
 }
 

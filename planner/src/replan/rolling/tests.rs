@@ -119,6 +119,31 @@ fn exposed_as_judged_anew(running: &Running) {
     }
 }
 
+#[test]
+fn flights_judged_again_where_others_changed_break_what_the_whole_plan_judged_anew_says() {
+    let (world, plan) = hall(60);
+    let mut running = Running::new(world, plan.clone()).expect("its plan");
+    let mut broken = 0;
+    for by_s in [1.5, 0.0] {
+        for drone in plan.drones.iter().step_by(7) {
+            let mut noted = drone.clone();
+            let times_s = noted.trajectory.t_s.iter_mut();
+            times_s.skip(1).for_each(|t_s| *t_s += by_s);
+            noted.arrives_s += by_s;
+            running.note(0.0, &[noted]).expect("a trajectory");
+            assert_eq!(
+                running.flown().violations,
+                verify(running.flown()).violations
+            );
+            let others = running.flown().violations.iter();
+            broken += others.filter(|it| it.with.is_some()).count();
+        }
+        exposed_as_judged_anew(&running);
+    }
+    assert!(broken > 0);
+    assert_eq!(running.flown().violations, []);
+}
+
 /// What a plan says of itself is what follows from its trajectories.
 fn figures_follow(plan: &Plan) {
     let text = serde_json::to_string(plan).expect("a plan");

@@ -65,6 +65,28 @@ struct Moment {
     mean_mps: f64,
 }
 
+/// What a flight breaks: the same as [`check`], without what else it meets where that is not
+/// needed for it.
+pub(crate) fn violations(
+    scene: &Scene<'_>,
+    (near, slices): (&[Encounter], &[Bounded<'_>]),
+    receiver: &Flight,
+) -> Vec<Found> {
+    if receiver.airborne_s.1 <= receiver.airborne_s.0 {
+        return Vec::new();
+    }
+    match scene.lags().1 > 0.0 {
+        true => column::check(scene, receiver, &windows(scene, near, receiver)),
+        false => check(scene, (near, slices), receiver).0,
+    }
+}
+
+/// What a flight meets.
+pub(crate) fn exposure(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> DroneExposure {
+    let slices = shifted_air::bounded(scene, near, receiver);
+    check(scene, (near, &slices), receiver).1
+}
+
 /// Judges the air of a flight, and its stays in columns.
 pub(crate) fn check(
     scene: &Scene<'_>,
