@@ -67,7 +67,7 @@ use crate::solver::assemble::{blank, fleet, rounded, stay_until, write_arrival, 
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
-use crate::verify::{Judgements, exposed, exposures, judged, verify_again};
+use crate::verify::{DroneExposure, Judgements, exposed, exposures, judged, verify_again};
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
 const SPARE_DRONES: usize = 64;
@@ -79,9 +79,9 @@ const SPARE_DRONES: usize = 64;
 pub struct Running {
     /// With the drones that came, and the last tasks of all.
     world: World,
-    /// What has been flown and what will be, verified; exposures only as far as they are known.
+    /// What has been flown and what will be, verified; without what air drones meet.
     plan: Plan,
-    /// The same with all exposures, once it is asked for.
+    /// The same with it, once it is asked for.
     whole: OnceLock<Arc<Plan>>,
     /// What the verifier has found of it.
     judgements: Judgements,
@@ -184,6 +184,7 @@ impl Running {
                 lingers: 0,
             });
         }
+        let drones = plan.drones.len();
         let mut running = Running {
             solids: Arc::new(Solids::of(&world)),
             costmap: job.costmap(&world, 0),
@@ -191,7 +192,7 @@ impl Running {
             judgements: Judgements::default(),
             world,
             whole: OnceLock::from(Arc::new(plan.clone())),
-            plan,
+            plan: exposed(plan, vec![DroneExposure::default(); drones]),
             job,
             tracks,
             known: Tick(0),
@@ -206,13 +207,12 @@ impl Running {
     /// found when it is asked for first after a change: a patch does without.
     pub fn plan(&self) -> &Plan {
         self.whole.get_or_init(|| {
-            let met = exposures(&self.plan, &self.judgements);
+            let met = exposures(&self.plan);
             Arc::new(exposed(self.plan.clone(), met))
         })
     }
 
-    /// The same without what air drones meet: the figures of some are those of [`Running::plan`],
-    /// those of others are 0.
+    /// The same without what air drones meet: its figures are 0.
     pub fn flown(&self) -> &Plan {
         &self.plan
     }

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::Judgement;
 use super::extents::Span;
-use super::scene::{Flight, Scene};
+use super::scene::Scene;
 use super::time::encounters::{Encounter, encounters_of};
 use super::time::spans::join;
 use crate::plan::{DronePlan, Plan, TrajectoryEntry};
@@ -166,12 +166,6 @@ impl Judgements {
         let still: Vec<Still> = (0..flights.len()).map(still).collect();
         let near = encounters_of(scene, apart_s, &|k| !matches!(still[k], Still::True(_)));
         Known { still, near }
-    }
-
-    /// What was found of a flight.
-    pub(super) fn of(&self, flight: &Flight) -> Option<&Arc<Judgement>> {
-        let known = self.of_drones.get(&flight.name);
-        known.map(|it| &it.judgement)
     }
 
     /// Keeps what was found of the flights of a plan for the next time.

@@ -48,7 +48,7 @@ pub(crate) mod scene;
 mod time;
 mod violation;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -70,7 +70,7 @@ pub use extents::FAINTEST_WAKE_MPS;
 pub(crate) use extents::Places;
 use extents::Span;
 use scene::{Flight, Scene};
-use time::encounters::{Encounter, encounters, encounters_of};
+use time::encounters::{Encounter, encounters};
 use violation::Found;
 
 /// What the verifier found.
@@ -158,34 +158,26 @@ pub fn verify(plan: &Plan) -> Report {
     report(plan, scene.as_ref(), malformed, (Asked::Spans, None))
 }
 
-/// The same of a plan of which only drones have changed since it was judged last: what is still
-/// true of a drone is taken over. What was found is kept for the next time. Exposures are zeros
-/// where they are not known from before; see [`exposures`].
+/// The same of a plan of which only drones have changed since it was judged last, without what air
+/// they meet: what is still true of a drone is taken over. What was found is kept for the next
+/// time.
 pub(crate) fn verify_again(plan: &Plan, known: &mut Judgements) -> Report {
     let (scene, malformed) = contents::read(plan);
     report(plan, scene.as_ref(), malformed, (Asked::Spans, Some(known)))
 }
 
-/// The exposures of all drones of a plan as it was judged last.
-pub(crate) fn exposures(plan: &Plan, known: &Judgements) -> Vec<DroneExposure> {
+/// What air each drone of a plan meets, in its order.
+pub(crate) fn exposures(plan: &Plan) -> Vec<DroneExposure> {
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     let (Some(scene), _) = contents::read(plan) else {
         return exposures;
     };
-    let judged: Vec<_> = scene.flights.iter().map(|it| known.of(it)).collect();
-    let asked = |k: usize| judged[k].is_none_or(|it| it.exposure.get().is_none());
-    let near = encounters_of(&scene, 2.0 * scene.margins.time_s, &asked);
-    let told =
-        (judged.par_iter().zip(&near).zip(&scene.flights)).map(|((judged, near), flight)| {
-            let exposure = || air::exposure(&scene, near, flight);
-            match judged {
-                Some(judged) => judged.exposure.get_or_init(exposure).clone(),
-                None => exposure(),
-            }
-        });
-    let told: Vec<DroneExposure> = told.collect();
-    for (flight, told) in scene.flights.iter().zip(told) {
-        exposures[flight.index] = told;
+    let near = encounters(&scene, 2.0 * scene.margins.time_s);
+    let met: Vec<DroneExposure> = (scene.flights.par_iter().zip(&near))
+        .map(|(flight, near)| air::exposure(&scene, near, flight))
+        .collect();
+    for (flight, met) in scene.flights.iter().zip(met) {
+        exposures[flight.index] = met;
     }
     exposures
 }
@@ -204,36 +196,20 @@ struct Judgement {
     found: Vec<Violation>,
     /// How many more there are.
     untold: usize,
-    /// The air that it meets, once it is asked for.
-    exposure: OnceLock<DroneExposure>,
 }
 
-/// Judges one flight among those near it.
-fn judgement(scene: &Scene<'_>, near: &[Encounter], k: usize, told: Told) -> Judgement {
+/// Judges one flight among those near it, and tells what air it meets where that is asked for.
+fn judgement(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    k: usize,
+    met: Option<&mut DroneExposure>,
+) -> Judgement {
     let flight = &scene.flights[k];
     let mut found = limits::check(scene, flight);
     found.extend(smooth::check(scene, flight));
     found.extend(obstacle::check(scene, flight));
-    let exposure = OnceLock::new();
-    let untold = among(
-        scene,
-        near,
-        k,
-        &mut found,
-        (told == Told::Exposures).then_some(&exposure),
-    );
-    Judgement {
-        found: found.into_iter().map(|(_, it)| it).collect(),
-        untold,
-        exposure,
-    }
-}
-
-/// Whether it is told what air flights meet, or only what they break.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Told {
-    Exposures,
-    Violations,
+    among(scene, (near, k), found, met)
 }
 
 /// The same of a flight that broke nothing before, and is what it was, as are those near it outside
@@ -255,31 +231,24 @@ fn judgement_during(
             .collect::<Vec<_>>()
     };
     let near: Vec<Encounter> = near.iter().flat_map(within).collect();
-    let mut found = Vec::new();
-    let untold = among(scene, &near, k, &mut found, None);
-    (found.is_empty() && untold == 0).then(|| Judgement {
-        found: Vec::new(),
-        untold,
-        exposure: OnceLock::new(),
-    })
+    let judged = among(scene, (&near, k), Vec::new(), None);
+    (judged.found.is_empty() && judged.untold == 0).then_some(judged)
 }
 
-/// Adds what a flight breaks among those near it to what it breaks by itself; how many more there
-/// are than are told. Tells the air that it meets where that is asked for.
+/// What a flight breaks by itself, which is known, and among those near it.
 fn among(
     scene: &Scene<'_>,
-    near: &[Encounter],
-    k: usize,
-    found: &mut Vec<Found>,
-    exposure: Option<&OnceLock<DroneExposure>>,
-) -> usize {
+    (near, k): (&[Encounter], usize),
+    mut found: Vec<Found>,
+    met: Option<&mut DroneExposure>,
+) -> Judgement {
     let flight = &scene.flights[k];
     found.extend(collision::check(scene, near, k));
     let slices = shifted_air::bounded(scene, near, flight);
-    found.extend(match exposure {
-        Some(told) => {
-            let (air, met) = air::check(scene, (near, &slices), flight);
-            told.get_or_init(|| met);
+    found.extend(match met {
+        Some(met) => {
+            let (air, exposure) = air::check(scene, (near, &slices), flight);
+            *met = exposure;
             air
         }
         None => air::violations(scene, (near, &slices), flight),
@@ -303,7 +272,11 @@ fn among(
         .filter(|(_, it)| !known.contains(&what(it)))
         .collect();
     found.extend(shifted);
-    thin_out(found)
+    let untold = thin_out(&mut found);
+    Judgement {
+        found: found.into_iter().map(|(_, it)| it).collect(),
+        untold,
+    }
 }
 
 /// The report of a plan that was read, with what is wrong with its contents; without the air of
@@ -328,24 +301,24 @@ fn report(
                 near: encounters(scene, apart_s),
             },
         };
-        let told = match &known {
-            Some(_) => Told::Violations,
-            None => Told::Exposures,
+        let is_told = known.is_none();
+        let judge = |(k, (still, near)): (usize, (Still, &Vec<Encounter>))| {
+            let mut met = DroneExposure::default();
+            let during = match still {
+                Still::True(known) => return (known, met),
+                Still::During(spans_s) => judgement_during(scene, near, k, &spans_s),
+                Still::Unknown => None,
+            };
+            let judged =
+                during.unwrap_or_else(|| judgement(scene, near, k, is_told.then_some(&mut met)));
+            (Arc::new(judged), met)
         };
-        let judged: Vec<Arc<Judgement>> = (still.into_par_iter().zip(&near).enumerate())
-            .map(|(k, (still, near))| {
-                let during = match still {
-                    Still::True(known) => return known,
-                    Still::During(spans_s) => judgement_during(scene, near, k, &spans_s),
-                    Still::Unknown => None,
-                };
-                Arc::new(during.unwrap_or_else(|| judgement(scene, near, k, told)))
-            })
-            .collect();
-        for (flight, here) in scene.flights.iter().zip(&judged) {
+        let judged = still.into_par_iter().zip(&near).enumerate().map(judge);
+        let (judged, met): (Vec<Arc<Judgement>>, Vec<DroneExposure>) = judged.unzip();
+        for ((flight, here), met) in scene.flights.iter().zip(&judged).zip(met) {
             found.extend(here.found.iter().map(|it| (flight.index, it.clone())));
             untold += here.untold;
-            exposures[flight.index] = here.exposure.get().cloned().unwrap_or_default();
+            exposures[flight.index] = met;
         }
         if let Some(known) = known {
             known.keep(plan, scene, &near, &judged);

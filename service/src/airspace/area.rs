@@ -131,9 +131,14 @@ impl Area {
         self.running.plan()
     }
 
+    /// What the drones of its plan fly, without what air they meet.
+    pub fn drones(&self) -> &[DronePlan] {
+        &self.running.flown().drones
+    }
+
     /// The drones that this planner answers for.
     pub fn own(&self) -> impl Iterator<Item = &DronePlan> {
-        let drones = self.running.plan().drones.iter();
+        let drones = self.drones().iter();
         drones.filter(|it| self.known.owns(&it.name))
     }
 
@@ -200,7 +205,7 @@ impl Area {
         let Some(bounds_m) = self.known.site().areas.get(to) else {
             return wrong("no area is called that");
         };
-        let own = self.plan().drone(&offer.drone);
+        let own = self.running.flown().drone(&offer.drone);
         let Some(entry) = own.filter(|it| self.known.owns(&it.name)) else {
             return wrong("it is not planned here");
         };
@@ -272,7 +277,7 @@ impl Area {
 
     /// All that may matter to a neighbour now.
     pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
-        let drones = self.known.told(self.plan(), neighbour, now_s);
+        let drones = self.known.told(self.running.flown(), neighbour, now_s);
         let ends_s = drones.iter().filter_map(|it| it.trajectory.t_s.last());
         Border {
             revision: self.revision,
@@ -370,7 +375,7 @@ impl Area {
         let (candidate, changed) = self.planned(at_s, &changes, took.as_ref())?;
         let comes = coming(&changes, took.as_ref());
         self.is_sound(&candidate, &comes, at_s)?;
-        let plan = candidate.plan();
+        let plan = candidate.flown();
         let wanted = Candidate {
             plan,
             changed: &changed,
@@ -378,7 +383,7 @@ impl Area {
             took: took.as_ref(),
             at_s,
         };
-        let asked = self.known.asked(now_s, self.plan(), &wanted)?;
+        let asked = self.known.asked(now_s, self.running.flown(), &wanted)?;
         if asked.is_empty() {
             self.running = candidate;
             self.counts.alone += 1;
@@ -426,7 +431,11 @@ impl Area {
         let told =
             |all: &[Refusal]| Refused::Changes(all.iter().map(|it| it.message.clone()).collect());
         let is_theirs = |name: &str| {
-            let known = self.plan().drone(name).filter(|_| !self.known.owns(name));
+            let known = self
+                .running
+                .flown()
+                .drone(name)
+                .filter(|_| !self.known.owns(name));
             known.is_some_and(|it| extent(it, at_s).is_some())
         };
         let theirs = added(changes).filter(|it| is_theirs(it));
@@ -463,8 +472,8 @@ impl Area {
 
     /// A drone that is offered, as one that comes to where it hovers.
     fn taken(&self, offer: &Offer) -> Option<Change> {
-        let entry = self.plan().drone(&offer.drone)?;
-        let density_kg_per_m3 = self.running.plan().air.density_kg_per_m3;
+        let entry = self.running.flown().drone(&offer.drone)?;
+        let density_kg_per_m3 = self.running.flown().air.density_kg_per_m3;
         Some(Change::Added(Drone {
             name: offer.drone.clone(),
             vehicle: entry.airframe.vehicle(density_kg_per_m3).ok()?,
@@ -483,7 +492,7 @@ impl Area {
         comes: &BTreeSet<&str>,
         at_s: f64,
     ) -> Result<(), Refused> {
-        let plans = [self.plan(), candidate.plan()];
+        let plans = [self.running.flown(), candidate.flown()];
         match self.known.violated(plans, comes, at_s) {
             Some(it) => Err(Refused::NotVerified(it.to_string())),
             None => Ok(()),
@@ -519,7 +528,7 @@ impl Area {
     }
 
     fn hear_proposal(&mut self, now_s: f64, from: &str, it: &Proposal) -> Result<(), String> {
-        let own = (self.running.plan(), self.revision);
+        let own = (self.running.flown(), self.revision);
         self.known.hear_proposal(now_s, from, it, own)?;
         let against = self.against(now_s, from, it);
         self.counts.votes[usize::from(against.is_some())] += 1;
@@ -539,7 +548,7 @@ impl Area {
         if now_s >= it.from_s {
             return Some("it comes too late".to_owned());
         }
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         let keeps = |drone| self.known.keeps(plan, from, drone);
         let found = it.takes.as_deref().and_then(keeps);
         let found = found.or_else(|| self.known.in_the_way(plan, &BTreeSet::new(), it));
@@ -548,7 +557,7 @@ impl Area {
         }
         let mine = self.mine.as_ref()?;
         let comes = coming(&mine.changes, mine.took.as_ref());
-        let found = (self.known).in_the_way(mine.candidate.plan(), &comes, it)?;
+        let found = (self.known).in_the_way(mine.candidate.flown(), &comes, it)?;
         // Of two that propose at once the first by name goes first.
         if from < &self.name[..] {
             self.drop_mine();
@@ -604,7 +613,7 @@ impl Area {
     }
 
     fn hear_fact(&mut self, now_s: f64, from: &str, fact: &Fact) -> Result<(), String> {
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         self.known.hear_fact(now_s, from, fact, plan)?;
         let settled = self.known.settled(from);
         self.noted(now_s, (from, settled), &fact.drones)
@@ -617,7 +626,7 @@ impl Area {
                 number: border.heard,
             });
         }
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         let other = self.known.hear_border(now_s, from, border, plan)?;
         for number in self.known.open(from, border.settled) {
             self.drop_agreed(from, number);
@@ -640,7 +649,7 @@ impl Area {
         let at_s = now_s.max(self.clock_s);
         let (before, revision) = (self.running.clone(), self.revision);
         self.note(at_s, (from, number), drones, false)?;
-        let plans = [before.plan(), self.plan()];
+        let plans = [before.flown(), self.running.flown()];
         let violated = self.known.violated(plans, &BTreeSet::new(), at_s);
         if violated.is_none() {
             return Ok(());
@@ -650,7 +659,7 @@ impl Area {
         self.note(at_s, (from, number), drones, true)?;
         self.counts.gave_way += 1;
         let is_other =
-            |it: &&DronePlan| before.plan().drone(&it.name).is_some_and(|old| old != *it);
+            |it: &&DronePlan| before.flown().drone(&it.name).is_some_and(|old| old != *it);
         let changed = self.own().filter(is_other).map(|it| it.name.clone());
         let changed: Vec<String> = changed.collect();
         self.tell_fact(&before, &changed);
@@ -706,12 +715,12 @@ impl Area {
     fn tell_fact(&mut self, before: &Running, changed: &[String]) {
         for area in self.known.names() {
             let matters = |name: &String| {
-                let plans = [self.running.plan(), before.plan()];
+                let plans = [self.running.flown(), before.flown()];
                 let mut both = plans.into_iter().filter_map(|plan| plan.drone(name));
                 both.any(|it| self.known.site().matters(it, &area, self.clock_s))
             };
             let near = changed.iter().filter(|it| matters(it));
-            let drones = entries(self.running.plan(), near);
+            let drones = entries(self.running.flown(), near);
             if !drones.is_empty() {
                 let revision = self.revision;
                 self.say(&area, Says::Fact(Fact { revision, drones }));
@@ -722,7 +731,7 @@ impl Area {
     /// Proposes to take the first drone that is offered and hovers: what it still flies would be in
     /// no plan.
     fn take_offer(&mut self, now_s: f64) {
-        let plan = self.running.plan();
+        let plan = self.running.flown();
         let hovers = |drone: &str| {
             plan.drone(drone).is_some_and(|it| {
                 let last_s = it.trajectory.t_s.last().copied().unwrap_or(0.0);

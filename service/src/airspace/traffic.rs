@@ -296,7 +296,7 @@ impl Traffic {
         edge_m: f64,
         drone: &str,
     ) -> Option<Point3<f64>> {
-        let ends = area.plan().drones.iter().filter(|it| it.name != drone);
+        let ends = area.drones().iter().filter(|it| it.name != drone);
         let ends: Vec<Point3<f64>> = ends
             .filter_map(|it| it.trajectory.position_m.last().copied())
             .collect();
