@@ -167,8 +167,8 @@ impl Ending {
     }
 }
 
-/// How long after it departs a drone may take at most to fly out of the air that it is in: chosen
-/// here, 2 s, two to four cells.
+/// How long after it departs a drone may take at most to get clear of those that it is near then:
+/// chosen here, 2 s, two to four cells.
 pub(crate) const FORGIVEN_TICKS: u32 = 200;
 /// How long it may take at first: chosen here, a quarter of that.
 pub(crate) const FIRST_FORGIVEN_TICKS: u32 = 50;

@@ -20,7 +20,7 @@ use std::rc::Rc;
 use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
-use crate::graph::agent::Agent;
+use crate::graph::agent::{Agent, FORGIVEN_TICKS};
 use crate::sipp::goal_occupancy::Stays;
 
 mod answer;
@@ -60,12 +60,9 @@ const PLAIN_SHARE: f64 = 0.12;
 /// of 1 m at 2 m/s.
 const TICKS_A_STATE: u64 = 25;
 
-/// For how long after it departs each step of a drone that is under way is judged in full, where
-/// the tables leave it no path: chosen here, 2 s, two to four cells.
-const FIRST_TICKS: u32 = 200;
-/// States of such a search, of which few are without tables, over those of one without any: chosen
-/// here.
-const MOST_UNTABULATED_AT_FIRST: u64 = 8;
+/// A search in which only what a drone does at first is judged in full takes as many times as many
+/// states as one in which all of it is: chosen here, few of them are without tables.
+const STATES_AT_FIRST: u64 = 8;
 
 /// Paths tried by the reservation table's intervals before every step is judged; chosen here.
 const MOST_TRIES: usize = 16;
@@ -81,8 +78,8 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
 }
 
 /// Tries by the reservation table until a path holds; of a drone that is under way then once more,
-/// what it does at first judged in full. What refutes one is in the way of the next;
-/// what still does in the end gives way, or every step is judged in full.
+/// what it does at first judged in full. What refutes one is in the way of the next; what still
+/// does in the end gives way, or every step is judged in full.
 fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
     let mut expansions = 0;
@@ -93,11 +90,8 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
     // Who is under way may be so near to others at first that no table is fine enough.
     let at_first = (!setting.under_way.is_empty()).then(|| {
-        let judged_until = agent.departs.after(FIRST_TICKS);
-        (
-            judged_until,
-            MOST_UNTABULATED_AT_FIRST.saturating_mul(setting.most_untabulated),
-        )
+        let most = STATES_AT_FIRST.saturating_mul(setting.most_untabulated);
+        (agent.departs.after(FORGIVEN_TICKS), most)
     });
     for (judged_until, most) in std::iter::once((Tick(0), u64::MAX)).chain(at_first) {
         let most = most.min(setting.most_expansions.saturating_sub(expansions));

@@ -42,25 +42,6 @@ const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
 /// fifth of it some late drones find no way out that is there.
 const MOST_CHANGED_EXPANSIONS: u64 = 100_000;
 
-/// Searches for a path: of a drone that departs in others' air, for one that is soon out of it
-/// first.
-fn search_out(setting: Setting<'_>, agent: &Agent) -> Searched {
-    let searched = search(setting, agent);
-    let is_short = !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS;
-    if !is_short || !matches!(searched.found, Found::Blocked(_)) {
-        return searched;
-    }
-    let longer = Agent {
-        forgiven_ticks: FORGIVEN_TICKS,
-        ..agent.clone()
-    };
-    let again = search(setting, &longer);
-    Searched {
-        expansions: searched.expansions + again.expansions,
-        ..again
-    }
-}
-
 /// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
 /// are seldom in one another's way.
 const LARGEST_BATCH: usize = 16;
@@ -123,6 +104,25 @@ const SPANS: u64 = 8;
 /// How many times as many drones a later span may plan: chosen here, some drones take several times
 /// as long as those after them.
 const MOST_FASTER: usize = 2;
+
+/// Searches for a path: of a drone that departs in others' air, for one that is soon out of it
+/// first.
+fn search_out(setting: Setting<'_>, agent: &Agent) -> Searched {
+    let searched = search(setting, agent);
+    let is_short = !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS;
+    if !is_short || !matches!(searched.found, Found::Blocked(_)) {
+        return searched;
+    }
+    let longer = Agent {
+        forgiven_ticks: FORGIVEN_TICKS,
+        ..agent.clone()
+    };
+    let again = search(setting, &longer);
+    Searched {
+        expansions: searched.expansions + again.expansions,
+        ..again
+    }
+}
 
 /// A fleet with the paths found so far, and the queue rules that make more of them.
 pub(super) struct Attempt<'a> {
