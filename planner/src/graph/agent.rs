@@ -331,6 +331,18 @@ impl Agent {
         self.is_late(roadmap, |_, _, ticks| ticks)
     }
 
+    /// Holds it to no arrival that it cannot keep any more, with no other drone there.
+    pub(crate) fn let_off_what_is_missed(&mut self, roadmap: &Roadmap) {
+        // It begins to move, and comes to rest, at every task.
+        let rests = 2 * self.lead_ticks();
+        let least = |_, _, ticks: u32| ticks.saturating_add(rests);
+        while self.is_timed()
+            && let Some((task, _)) = self.is_late(roadmap, least)
+        {
+            self.waypoints[task].due = Tick::FOREVER;
+        }
+    }
+
     /// From one place to another it takes so many ticks at least, of so many along the lattice.
     fn is_late(
         &self,

@@ -381,7 +381,8 @@ fn lying_fault(
     }
     let rest_m = landing_place_m(&world.bounds_m, solids, lies_m, radius_m);
     let gap_m = lies_m.z - rest_m.z;
-    if gap_m <= SUPPORT_TOLERANCE_M {
+    let is_inside = Solids::new(&world.obstacles).distance_to_point_m(lies_m).0 < 0.0;
+    if gap_m <= SUPPORT_TOLERANCE_M && !is_inside {
         return None;
     }
     Some(

@@ -41,7 +41,7 @@ use std::sync::{Arc, OnceLock};
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::reservations::over_time::BUCKET_TICKS;
-use costmap::verdict::{Blocker, Verdict};
+use costmap::verdict::{Blocker, Verdict, Why};
 use nalgebra::Point3;
 use serde::Serialize;
 
@@ -113,8 +113,9 @@ pub struct Replanned {
     pub refused: Vec<Unplanned>,
     /// Violations that are not over, and begin before the drones in them could be made to do
     /// anything else, as of a late drone that is in another's way, or within its margins, already;
-    /// and of a drone that is gone those that the other has no path out of. None that a drone was
-    /// sent into. They are in the plan, too.
+    /// of a drone that has no path and is in others' way whether it stops or goes on; and of one
+    /// that is gone those that the other has no path out of. None that a drone was sent into. They
+    /// are in the plan, too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
@@ -262,7 +263,7 @@ impl Running {
             let is_any_gone = involved.iter().any(|it| it.is_gone);
             let is_too_late = match is_any_gone {
                 true => involved.iter().all(|it| stays(it)),
-                false => involved.iter().any(|it| is_early(it)),
+                false => involved.iter().any(|it| it.is_lost || is_early(it)),
             };
             // A plan that contradicts itself is never handed out.
             violation.kind != ViolationKind::Malformed
@@ -603,7 +604,8 @@ fn path_of<'a>(
     let lead_s = Tick(smoothing.lead_ticks()).seconds();
     let (from_s, until_s) = entry.airborne_s;
     let from_s = match entry.at_start {
-        AtStart::Landed if from_s > 0.0 => from_s + lead_s,
+        // One that never rises is in the air for no time.
+        AtStart::Landed if until_s.is_none_or(|until_s| until_s > from_s) => from_s + lead_s,
         _ => from_s,
     };
     let until_s = match entry.at_end {
@@ -627,6 +629,8 @@ struct Released {
     is_sent: bool,
     /// It stops, and is gone.
     is_gone: bool,
+    /// It is in others' way whether it stops or goes on.
+    is_lost: bool,
 }
 
 /// What is remembered of a drone until it is known whether its change can be.
@@ -1092,7 +1096,7 @@ impl Turn<'_> {
         };
         let weight = running.world.planning.energy_weight;
         let mut effort = Effort::default();
-        let mut stopped = BTreeSet::new();
+        let (mut stopped, mut went_on) = (BTreeSet::new(), BTreeMap::new());
         let paths = loop {
             let running = &*self.running;
             let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
@@ -1114,13 +1118,21 @@ impl Turn<'_> {
             if !turned_away.is_empty() {
                 return Err(turned_away);
             }
-            let stuck = self.clashing(&paths, &affected.under_way, &stopped);
+            let stuck = self.clashing(&paths, &affected.under_way, &went_on);
             let caught = match stuck.is_empty() {
                 true => self.caught(&paths, &stopped),
                 false => Vec::new(),
             };
             if stuck.is_empty() && caught.is_empty() {
-                break paths;
+                let better = self.better_gone_on(&paths, &stopped, &went_on);
+                if better.is_empty() {
+                    break paths;
+                }
+                for index in better {
+                    affected.kept[index].clone_from(&went_on[&index]);
+                    stopped.remove(&index);
+                }
+                continue;
             }
             // However near they are, they get out of one another's way.
             for (index, others) in caught {
@@ -1133,7 +1145,9 @@ impl Turn<'_> {
                 // It stops where it can.
                 let agent = &running.job.agents[index];
                 let stay = agent.stays_from_departure(&running.job.roadmap);
-                affected.kept[index] = agent.begun.iter().copied().chain([stay]).collect();
+                let stops = agent.begun.iter().copied().chain([stay]).collect();
+                let went_on_by = std::mem::replace(&mut affected.kept[index], stops);
+                went_on.insert(index, went_on_by);
                 stopped.insert(index);
             }
         };
@@ -1142,8 +1156,9 @@ impl Turn<'_> {
             effort,
             ..self.write(&stopped, paths)
         };
-        for it in &mut released {
+        for (index, it) in released.iter_mut().enumerate() {
             it.is_sent &= told.refused.iter().all(|out| out.name != it.drone);
+            it.is_lost = went_on.contains_key(&index) && !stopped.contains(&index);
         }
         Ok((told, released))
     }
@@ -1168,6 +1183,7 @@ impl Turn<'_> {
                 at,
                 is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
                 is_gone: track.is_gone,
+                is_lost: false,
             }
         };
         under_way.iter().zip(drones).map(released).collect()
@@ -1188,7 +1204,11 @@ impl Turn<'_> {
                 begun: Vec::new(),
                 ..track.agent.clone()
             });
-            if self.asked.contains_key(&index) {
+            let cause = self.asked.get(&index).map(|asked| asked.cause);
+            if !matches!(cause, Some(Cause::Added | Cause::Retasked)) {
+                agent.let_off_what_is_missed(roadmap);
+            }
+            if cause.is_some() {
                 agent.measure_alone(roadmap);
             } else {
                 // Of the others hardly any is planned anew: measured then.
@@ -1230,21 +1250,35 @@ impl Turn<'_> {
     }
 
     /// The drones that have found no path, and would run into others if they went on as they are
-    /// to: late, or as they had to.
-    fn clashing(&self, paths: &Paths, under_way: &[Tick], stopped: &BTreeSet<usize>) -> Vec<usize> {
+    /// to: late, or as they had to. Each may stop once.
+    fn clashing(
+        &self,
+        paths: &Paths,
+        under_way: &[Tick],
+        stopped_before: &BTreeMap<usize, Vec<Leg>>,
+    ) -> Vec<usize> {
         let mut verdict = Verdict::default();
+        // Two that fly what they flew are as the verifier found them.
+        let is_as_it_was = |index: usize| {
+            let is_told = self.asked.get(&index);
+            let is_told = is_told.is_some_and(|it| it.settled || it.before.is_none());
+            paths.paths[index].is_none() && !is_told && !stopped_before.contains_key(&index)
+        };
         let mut clashes = |index: &usize| {
             let legs = paths.costmap.legs(id(*index)).iter();
             let mut ahead = legs.filter(|leg| leg.end > under_way[*index]);
+            let is_known = is_as_it_was(*index);
             ahead.any(|leg| {
                 paths.costmap.judge(leg, &mut verdict);
-                let met = |it: &Blocker| it.flown[1] > under_way[it.drone.0 as usize];
-                verdict.blockers.iter().any(met)
+                verdict.blockers.iter().any(|it| {
+                    let other = it.drone.0 as usize;
+                    it.flown[1] > under_way[other] && !(is_known && is_as_it_was(other))
+                })
             })
         };
         let can_stop = |index: &usize| {
             let is_settled = self.asked.get(index).is_some_and(|it| it.settled);
-            !is_settled && !stopped.contains(index)
+            !is_settled && !stopped_before.contains_key(index)
         };
         let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
         let left_out = left_out.filter(can_stop);
@@ -1265,6 +1299,38 @@ impl Turn<'_> {
         let agents = &self.running.job.agents;
         let left_out = left_out.filter(|it| stopped.contains(it) && !agents[*it].is_caught);
         left_out.filter_map(&mut others).collect()
+    }
+
+    /// The drones that stop in others' way, for want of any path, and would touch fewer of them, or
+    /// for less time, if they went on as they were to.
+    fn better_gone_on(
+        &self,
+        paths: &Paths,
+        stopped: &BTreeSet<usize>,
+        went_on: &BTreeMap<usize, Vec<Leg>>,
+    ) -> Vec<usize> {
+        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
+        let agents = &self.running.job.agents;
+        let left_out = left_out.filter(|it| stopped.contains(it) && agents[*it].is_caught);
+        let touched = |index: usize, flown: &[Leg]| {
+            let (mut verdict, mut touched) = (Verdict::default(), BTreeSet::new());
+            let mut ticks = 0;
+            for leg in flown.iter().filter(|it| it.end > agents[index].departs) {
+                paths.costmap.judge(leg, &mut verdict);
+                for it in verdict.blockers.iter().filter(|it| it.why == Why::Bodies) {
+                    touched.insert(it.drone);
+                    let until = leg.end.min(it.clear).0;
+                    ticks += u64::from(until.saturating_sub(leg.start.max(it.began).0));
+                }
+            }
+            (touched.len(), ticks)
+        };
+        let is_better = |index: &usize| {
+            let stops = paths.costmap.legs(id(*index));
+            let goes_on = agents[*index].flown(&went_on[index]);
+            touched(*index, &goes_on) < touched(*index, stops)
+        };
+        left_out.filter(is_better).collect()
     }
 
     /// Writes what was found into tracks and plan, and tells the drones that have changed, and

@@ -284,11 +284,14 @@ impl Track {
                 if leg.start < was {
                     legs.push(leg.between(leg.start, was));
                 }
+                // Where it has not taken off yet it stands on the ground.
+                let rose = legs.last().map_or(!self.agent.grounded, |last| last.flying);
                 legs.push(Leg {
                     start: was,
                     end: was.after(by),
                     from_m: here_m,
                     to_m: here_m,
+                    flying: leg.flying && rose,
                     ..leg
                 });
                 legs.push(later(leg.between(was, leg.end)));

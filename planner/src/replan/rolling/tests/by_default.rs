@@ -184,3 +184,141 @@ fn what_a_drone_has_flown_stays_to_the_byte_when_it_is_taken_out_or_sent_elsewhe
         assert_eq!(after.control_m[..flown - 1], before.control_m[..flown - 1]);
     }
 }
+
+#[test]
+fn a_drone_that_cannot_do_what_it_is_told_goes_on_with_what_it_had() {
+    let flown = flown(
+        r#"Scenario(name: "two", bounds_m: (min: (0, 0, 0), max: (24, 16, 7)),
+          zones: [(name: "desk", min_m: (1, 12, 0), max_m: (5, 15, 2), air_limit_mps: 1.5)],
+          drones: [
+            (name: "e", airframe: "matrice-300", start_m: (13, 8, 5.5),
+             tasks: [(to_m: (21, 2, 5.5), dwell_s: 1), (to_m: (4, 8, 5.5))]),
+            (name: "a", airframe: "kolibri", start_m: (2, 2, 1.5),
+             tasks: [(to_m: (21, 3, 2), dwell_s: 2), (to_m: (3, 4, 3))])])"#,
+    );
+    let above_the_desk = Task {
+        to_m: [3.0, 13.5, 5.0].into(),
+        dwell_s: 5.0,
+        load_kg: None,
+        during_s: None,
+    };
+    for at_s in [2.0, 5.0, 9.0] {
+        let mut running = flown.clone();
+        let told = changed(
+            &mut running,
+            at_s,
+            retasked("e", vec![above_the_desk.clone()]),
+        );
+        let refused: Vec<&str> = told.refused.iter().map(|it| it.name.as_str()).collect();
+        assert_eq!(refused, ["e"], "{at_s} s");
+        assert!(
+            told.refused[0].reason.contains("goes on"),
+            "{:?}",
+            told.refused
+        );
+        sound(&running);
+        let (e, before) = (find(running.plan(), "e"), find(flown.plan(), "e"));
+        assert_eq!(e.trajectory, before.trajectory, "{at_s} s");
+    }
+}
+
+#[test]
+fn a_late_drone_does_not_stop_in_anothers_place_where_it_would_pass_it() {
+    let mut running = flown(include_str!("../../../../../scenarios/window.ron"));
+    let mut told = Replanned::default();
+    for (at_s, changes) in [
+        (0.3, vec![late("d3", 0.6)]),
+        (1.8, vec![late("d20", 3.0), late("d7", 2.0)]),
+        (
+            4.1,
+            vec![
+                late("d17", 0.3),
+                late("d18", 1.0),
+                failed("d12"),
+                failed("d15"),
+            ],
+        ),
+        (
+            6.4,
+            vec![
+                late("d6", 1.0),
+                late("d20", 3.0),
+                late("d8", 3.0),
+                late("d4", 0.6),
+            ],
+        ),
+    ] {
+        let answer = running.replan(at_s, &changes, &Control::QUIET);
+        told = answer.expect("in order");
+        assert_eq!(ahead(&running, at_s), told.unavoidable, "{at_s} s");
+    }
+    let touches = |it: &&Violation| {
+        it.kind == ViolationKind::Collision
+            && (it.drone == "d8" || it.with.as_deref() == Some("d8"))
+    };
+    let touched: Vec<&Violation> = told.unavoidable.iter().filter(touches).collect();
+    assert!(touched.is_empty(), "{touched:#?}");
+}
+
+#[test]
+fn a_late_drone_is_held_to_no_arrival_and_leaves_as_planned() {
+    let mut running = flown(
+        r#"Scenario(name: "appointments", bounds_m: (min: (0, 0, 0), max: (24, 12, 6)), drones: [
+          (name: "p", airframe: "kolibri", start_m: (2.5, 2.5, 2.5),
+           tasks: [(to_m: (20.5, 2.5, 2.5), during_s: (18, 22)),
+                   (to_m: (2.5, 4.5, 2.5), during_s: (36, 38))])])"#,
+    );
+    let planned_s = find(running.plan(), "p").arrives_s;
+    let told = changed(&mut running, 10.0, late("p", 8.0));
+    assert_eq!(told.refused, []);
+    sound(&running);
+    let leaves_s = find(running.plan(), "p").arrives_s;
+    assert!(
+        planned_s <= leaves_s && leaves_s < planned_s + 2.0,
+        "{leaves_s} s"
+    );
+}
+
+#[test]
+fn a_drone_that_is_late_on_its_pad_stands_on_the_ground_however_long() {
+    let mut running = flown(
+        r#"Scenario(name: "held", bounds_m: (min: (0, 0, 0), max: (24, 12, 5)),
+          obstacles: [(name: "table", min_m: (1, 1, 0), max_m: (5, 3, 0.8))], drones: [
+          (name: "held", airframe: "kolibri", start_m: (2, 2, 0.9), at_start: Landed,
+           tasks: [(to_m: (20, 2, 2))]),
+          (name: "x", airframe: "kolibri", start_m: (3, 9, 1.5),
+           tasks: [(to_m: (20, 9, 2), dwell_s: 300)])])"#,
+    );
+    for step in 1..16 {
+        let at_s = 4.0 * f64::from(step);
+        let told = changed(&mut running, at_s, late("held", 4.0));
+        assert_eq!(told.unavoidable, [], "{at_s} s");
+        running.forget(at_s - 10.0);
+        sound(&running);
+        let held = find(running.plan(), "held");
+        assert_eq!(held.at_start, AtStart::Landed, "{at_s} s");
+        assert!(held.airborne_s.0 >= at_s, "{at_s} s: {:?}", held.airborne_s);
+    }
+}
+
+#[test]
+fn a_wreck_does_not_lie_within_an_obstacle() {
+    let running = flown(
+        r#"Scenario(name: "rack", bounds_m: (min: (0, 0, 0), max: (24, 12, 6)),
+          obstacles: [(name: "rack", min_m: (10, 5, 0), max_m: (11, 11, 4))], drones: [
+          (name: "b", airframe: "kolibri", start_m: (3, 3, 2), tasks: [(to_m: (20, 3, 2))])])"#,
+    );
+    let lies = |z_m: f64| Change::Failed {
+        drone: "b".to_owned(),
+        lies_m: Some([10.5, 8.0, z_m].into()),
+    };
+    let told = running
+        .check(2.0, &[lies(0.1)])
+        .expect_err("it is in the rack");
+    assert!(
+        told[0].to_string().contains("in an obstacle"),
+        "{}",
+        told[0]
+    );
+    assert!(running.check(2.0, &[lies(4.05)]).is_ok());
+}
