@@ -304,6 +304,13 @@ impl Agent {
         }
     }
 
+    /// When it is at a waypoint along the lattice with no other drone there.
+    pub(crate) fn reaches(&self, roadmap: &Roadmap, waypoint: usize) -> Tick {
+        let goal = self.waypoints[waypoint].distances.goal();
+        let left = self.remaining(roadmap, waypoint, goal);
+        self.departs.after(self.alone_ticks.saturating_sub(left))
+    }
+
     /// When its last dwell ends at the earliest, by the moments until which it has to stay at this
     /// waypoint and at those to come.
     pub(crate) fn ends_from(&self, waypoint: usize) -> Tick {

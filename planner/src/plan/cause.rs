@@ -345,6 +345,13 @@ pub enum Remedy {
     /// No landing, which is the cause: planned.
     #[error("; its landing is the cause: with at_end: Hover it is planned")]
     StayUp,
+    /// Higher bounds, and where its own task is too near above a zone another height for it:
+    /// planned.
+    #[error("; {0}")]
+    RaiseBounds(Higher),
+    /// The budget of states ended before anything that helps was found.
+    #[error("; what would help was not found: the budget of states for that ended")]
+    BudgetEnded,
     /// A higher limit of a zone: planned.
     #[error("; with an air_limit_mps of {air_limit_mps} in zone `{zone}` it is planned")]
     RaiseZone {
@@ -353,6 +360,26 @@ pub enum Remedy {
         /// What its limit would have to be (m/s).
         air_limit_mps: f64,
     },
+}
+
+/// Bounds that reach farther up.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Higher {
+    /// Highest z of the bounds (m).
+    pub max_z_m: f64,
+    /// Where a task of the drone would have to be within them, if not where it is.
+    pub moved: Option<Moved>,
+}
+
+impl fmt::Display for Higher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Higher { max_z_m, moved } = self;
+        write!(f, "with bounds_m up to z = {} m", as_typed(*max_z_m))?;
+        if let Some(moved) = moved {
+            write!(f, " and {moved}")?;
+        }
+        f.write_str(" it is planned")
+    }
 }
 
 /// Another place for a task.

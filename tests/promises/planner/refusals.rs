@@ -329,6 +329,122 @@ fn a_drone_whose_downwash_is_too_strong_at_its_task_is_told_a_place_with_which_i
     assert!(matches!(outcome, Outcome::Safe(_)));
 }
 
+/// A drone whose wake is too strong for a zone over the whole floor, under a low ceiling.
+fn below_a_ceiling(tasks_m: &[[f64; 3]], zone: [[f64; 3]; 2]) -> World {
+    let mut world = room(
+        [20.0, 20.0, 4.0],
+        vec![drone("k", "kolibri", [2.0, 10.0, 2.0], tasks_m[0])],
+    );
+    world.drones[0].tasks = tasks_m.iter().map(|to_m| task(*to_m, 0.0)).collect();
+    world.zones.push(Zone {
+        name: "belt".to_owned(),
+        min_m: zone[0].into(),
+        max_m: zone[1].into(),
+        air_limit_mps: Some(1.0),
+        keep_out: false,
+    });
+    world
+}
+
+#[test]
+fn above_a_zone_bounds_that_reach_farther_up_are_told_and_planned() {
+    let task_above = below_a_ceiling(
+        &[[10.0, 10.0, 2.0], [2.0, 10.0, 2.0]],
+        [[6.0, 6.0, 0.0], [14.0, 14.0, 1.0]],
+    );
+    let across = below_a_ceiling(&[[18.0, 10.0, 2.0]], [[6.0, 0.0, 0.0], [14.0, 20.0, 1.0]]);
+    for (mut world, moves) in [(task_above, true), (across, false)] {
+        let planned = answered(&world);
+        let FailureCause::Obstructed { remedy, .. } = &planned.failures[0].cause else {
+            panic!("{:?}", planned.failures);
+        };
+        let Remedy::RaiseBounds(higher) = remedy else {
+            panic!("{remedy:?}");
+        };
+        assert_eq!(higher.moved.is_some(), moves);
+        world.bounds_m.max.z = higher.max_z_m;
+        if let Some(moved) = &higher.moved {
+            assert!(moved.to_m.z > 4.0, "{moved:?}");
+            world.drones[0].tasks[moved.task - 1].to_m = moved.to_m;
+        }
+        let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+        assert!(matches!(outcome, Outcome::Safe(_)), "{higher}");
+    }
+}
+
+/// So many drones, two metres apart in rows of ten, that fly over a zone to their tasks and back.
+fn above_one_zone(drones: usize, is_beyond: bool) -> World {
+    let rows = drones.div_ceil(10) as f64;
+    let (wide_m, deep_m) = (24.0, 2.0 * rows + 2.0);
+    let drones = (0..drones).map(|k| {
+        let [x, y] = [k % 10, k / 10].map(|it| 2.0 + 2.0 * it as f64);
+        let start_m = [x, y, 3.0];
+        let beyond_m = if is_beyond { 10.0 } else { 0.0 };
+        let mut drone = drone(&format!("d{k}"), "kolibri", start_m, start_m);
+        drone.tasks = vec![task([x + wide_m + beyond_m, y, 3.0], 0.0)];
+        if !is_beyond {
+            drone.tasks.push(task(start_m, 0.0));
+        }
+        drone
+    });
+    let mut world = room([2.0 * wide_m + 10.0, deep_m, 8.0], drones.collect());
+    let until_m = if is_beyond {
+        wide_m + 8.0
+    } else {
+        2.0 * wide_m + 10.0
+    };
+    world.zones.push(Zone {
+        name: "belt".to_owned(),
+        min_m: Point3::new(wide_m, 0.0, 0.0),
+        max_m: Point3::new(until_m, deep_m, 1.0),
+        air_limit_mps: Some(0.3),
+        keep_out: false,
+    });
+    world
+}
+
+/// The budget is one of states, so that the answer is the same anywhere.
+#[test]
+fn a_refusal_of_many_drones_by_one_zone_takes_few_states_and_says_what_was_not_tried() {
+    for (drones, is_beyond, most) in [(60, false, 10_000), (60, true, 700_000)] {
+        let planned = answered(&above_one_zone(drones, is_beyond));
+        assert_eq!(planned.failures.len(), drones);
+        let states = planned.effort.expansions;
+        assert!(states < most, "{states}");
+        let remedy = |cause: &FailureCause| match cause {
+            FailureCause::Obstructed { remedy, extent, .. } => {
+                assert!(extent.is_some(), "{cause}");
+                remedy.clone()
+            }
+            other => panic!("{other}"),
+        };
+        let last = remedy(&planned.failures[drones - 1].cause);
+        assert_eq!(last, Remedy::BudgetEnded);
+    }
+}
+
+#[test]
+fn of_more_goals_than_are_asked_about_one_by_one_all_are_moved_together() {
+    let pairs = 45;
+    let drones = (0..2 * pairs).map(|k| {
+        let [x, y] = [k % 10, k / 10].map(|it| 2.0 + 2.0 * it as f64);
+        // Every second goal is too near the one before it.
+        let near_m = if k % 2 == 1 { -1.7 } else { 0.0 };
+        let goal_m = [x + 24.0 + near_m, y, 3.0];
+        drone(&format!("d{k}"), "kolibri", [x, y, 3.0], goal_m)
+    });
+    let mut world = room([48.0, 22.0, 6.0], drones.collect());
+    let planned = answered(&world);
+    let told = &planned.conflicts;
+    assert_eq!((told.worst.len(), told.more), (pairs, 0));
+    for conflict in &told.worst {
+        let to_m = conflict.nearest_fix_m.expect("a place");
+        world.drones[conflict.drone].tasks[0].to_m = to_m;
+    }
+    let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+    assert!(matches!(outcome, Outcome::Safe(_)));
+}
+
 #[test]
 fn a_goal_above_a_zone_is_moved_to_where_it_is_planned_or_not_at_all() {
     let mut world = room(
