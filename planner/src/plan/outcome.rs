@@ -119,7 +119,7 @@ impl Effort {
 /// Endpoints that exclude one another: all, or of very many the worst.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EndpointConflicts {
-    /// By drone, starts before goals before tasks: all up to 200 of each, else the 200 worst. Bodies
+    /// By drone, starts before goals before tasks: all up to 200 of each, else the 40 worst. Bodies
     /// come before columns, these before air; the least gap and the most air for its limit first.
     pub worst: Vec<EndpointConflict>,
     /// How many more there are.

@@ -32,9 +32,11 @@ const FARTHEST_M: f64 = 8.0;
 /// Bearings tried at each distance, chosen here: 15 degrees apart.
 const BEARINGS: usize = 24;
 
-/// Most conflicts of starts, and of goals, that are described with a place that would do: chosen
-/// here, those of a large fleet that a person mends one by one. Alike ones share a line.
+/// Most conflicts of starts, and of goals, that are all described with a place that would do:
+/// chosen here, those of a large fleet, which are mended together. Alike ones share a line.
 const MOST_DESCRIBED: usize = 200;
+/// So many are where there are more: chosen here, two screens' worth.
+const DESCRIBED_OF_MORE: usize = 40;
 /// Places that are judged in all for what would do: chosen here, a second of work.
 const MOST_PLACES: usize = 80_000;
 /// Where more goals than this are described they are moved together first: chosen here, as many as
@@ -445,12 +447,15 @@ pub(crate) fn find(world: &World) -> Exclusions {
     }
 }
 
-/// The worst exclusions, at most [`MOST_DESCRIBED`], in the order in which they were found.
+/// All exclusions, or the worst where they are more than [`MOST_DESCRIBED`], in the order in which
+/// they were found.
 fn worst(found: &[Excluded]) -> Vec<Excluded> {
     let mut order: Vec<usize> = (0..found.len()).collect();
     // Of equals the first.
     order.sort_by(|&a, &b| severity(&found[b].why).total_cmp(&severity(&found[a].why)));
-    order.truncate(MOST_DESCRIBED);
+    if order.len() > MOST_DESCRIBED {
+        order.truncate(DESCRIBED_OF_MORE);
+    }
     order.sort_unstable();
     order.into_iter().map(|index| found[index]).collect()
 }
