@@ -608,7 +608,10 @@ fn of_thousands_on_one_path_a_few_pairs_each_are_judged_and_the_rest_counted() {
     let outside: Vec<&str> = of(ViolationKind::Bounds)
         .map(|it| it.drone.as_str())
         .collect();
-    assert_eq!(outside, ["k"]);
+    assert!(
+        !outside.is_empty() && outside.iter().all(|it| *it == "k"),
+        "{outside:?}"
+    );
     let closest = found.closest.expect("two bodies");
     assert!(closest.gap_m < -0.1, "{closest:?}");
     assert!(found.late.iter().all(Option::is_none));
