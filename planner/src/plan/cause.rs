@@ -232,6 +232,10 @@ pub struct GoalConflict {
     pub nearest_fix_m: Option<Point3<f64>>,
     /// Where the drone that stays was to be (m): one of the two.
     pub at_m: Point3<f64>,
+    /// Of air that is borne with another limit: the limits of all drones, by name, that are raised
+    /// in the plan that shows it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub raised: Vec<(String, f64)>,
 }
 
 /// How two endpoints exclude one another.
@@ -449,6 +453,28 @@ impl Crowding {
     }
 }
 
+/// So many limits are named that are raised together: chosen here, a line or two.
+const MOST_RAISED: usize = 8;
+
+/// Limits of air, by drone, that are raised together, that of one drone before all others, names
+/// between `quotes`: "the air_limits of b to 0.72 and d to 0.72 raised together".
+pub fn raised_together(of: &str, raised: &[(String, f64)], quotes: &str) -> String {
+    let (own, others): (Vec<_>, Vec<_>) = raised.iter().partition(|(name, _)| name == of);
+    let told = own.into_iter().chain(others).take(MOST_RAISED);
+    let mut told: Vec<String> = told
+        .map(|(name, limit)| format!("{quotes}{name}{quotes} to {limit:.2}"))
+        .collect();
+    let more = raised.len() - told.len();
+    let last = match more {
+        0 => told.pop().unwrap_or_default(),
+        _ => format!("{more} more as at their own conflicts"),
+    };
+    format!(
+        "the air_limits of {} and {last} raised together",
+        told.join(", ")
+    )
+}
+
 /// What is too much, and its limit, with so many decimals; with more where they read alike.
 pub fn told_apart(value: f64, limit: f64, decimals: usize) -> [String; 2] {
     let told = |decimals: usize| [value, limit].map(|it| format!("{it:.decimals$}"));
@@ -607,9 +633,18 @@ impl fmt::Display for GoalConflict {
                     "{of} of `{drone}` is in the downwash of {with}{when}: {air_mps:.1} m/s, \
                      alpha {alpha}, its limit is {limit}"
                 )?;
-                match enough {
-                    Some(enough) => write!(f, " (with air_limit: {enough:.2} it is planned)"),
-                    None => Ok(()),
+                match (enough, &self.raised[..]) {
+                    (Some(_), raised @ [_, _, ..]) => {
+                        write!(
+                            f,
+                            " (with {} all are planned)",
+                            raised_together(drone, raised, "`")
+                        )
+                    }
+                    (Some(enough), _) => {
+                        write!(f, " (with air_limit: {enough:.2} it is planned)")
+                    }
+                    (None, _) => Ok(()),
                 }
             }
             Exclusion::Zone { air_mps, limit_mps } => {

@@ -1,10 +1,13 @@
 //! What planning answers, and how a caller watches and stops it.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Point3;
 use serde::Serialize;
 
 use crate::plan::cause::{Exclusion, FailureCause};
 use crate::plan::{Plan, Status};
+use crate::scenario::world::World;
 
 /// The answer to "plan this world".
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -130,6 +133,19 @@ impl EndpointConflicts {
     /// All of them.
     pub fn count(&self) -> usize {
         self.worst.len() + self.more
+    }
+
+    /// The limits of air, by drone, that are raised in the plan that shows that they are enough.
+    pub fn raised(&self, world: &World) -> Vec<(String, f64)> {
+        let raised = self.worst.iter().filter_map(|it| match it.why {
+            Exclusion::Air { enough, .. } => Some((it.drone, enough?)),
+            _ => None,
+        });
+        let raised: BTreeMap<usize, f64> = raised.collect();
+        let raised = raised.into_iter();
+        raised
+            .map(|(drone, limit)| (world.drones[drone].name.clone(), limit))
+            .collect()
     }
 }
 

@@ -169,7 +169,11 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         drone: name(world, drone).to_owned(),
         cause: match why {
             FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
-            FailureKind::Late(task, at) => too_late(task, at, due_s(drone, task), true),
+            FailureKind::Late(task, at) => {
+                let agent = &job.agents[drone.0 as usize];
+                let is_proven = agent.comes_late(&job.roadmap).is_some();
+                too_late(task, at, due_s(drone, task), is_proven)
+            }
             FailureKind::EndpointConflict => {
                 let asks = fixes_left > 0;
                 fixes_left = fixes_left.saturating_sub(1);
@@ -231,7 +235,8 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     };
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
-        FailureKind::Late(task, at) => too_late(task, at, None, true),
+        // It may be that only a zone makes it late.
+        FailureKind::Late(task, at) => too_late(task, at, None, false),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
         FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
             short_m,
@@ -278,6 +283,7 @@ fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Optio
         why: conflict.why,
         nearest_fix_m: described.and_then(|it| it.nearest_fix_m),
         at_m: own_task.map_or(typed.start_m, |task| typed.tasks[task].to_m),
+        raised: endpoints.conflicts.raised(world),
     })
 }
 
@@ -417,8 +423,18 @@ impl Refusals<'_> {
         let Some(gentlest) = worst_exposure(&plan, &report) else {
             return Remedy::Unknown;
         };
+        let air_limit = self.enough(&gentlest, group);
+        let mut drones = gentlest.drones;
+        if let Some(air_limit) = air_limit {
+            let all = &self.world.drones;
+            drones.retain(|name| {
+                all.iter()
+                    .any(|it| it.name == *name && it.air_limit < air_limit)
+            });
+        }
         Remedy::RaiseLimits(Exposure {
-            air_limit: self.enough(&gentlest, group),
+            air_limit: air_limit.filter(|_| !drones.is_empty()),
+            drones,
             ..gentlest
         })
     }
@@ -868,10 +884,11 @@ fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy
 mod tests {
     use nalgebra::Point3;
 
+    use super::HIGHEST_M;
     use crate::plan::cause::{FailureCause, Remedy};
     use crate::plan::outcome::{Control, EndpointKind, Planned};
     use crate::scenario::read_world;
-    use crate::scenario::world::World;
+    use crate::scenario::world::{Obstacle, Solid, World};
 
     fn planned(world: &World) -> Planned {
         let outcome = crate::plan_world(world, &Control::QUIET).expect("in order");
@@ -905,6 +922,14 @@ mod tests {
     #[test]
     fn a_limit_of_a_zone_that_would_do_is_not_far_above_one_that_does_not() {
         let mut world = across(5.0, 4.7);
+        // Under a roof no bounds that reach farther up help.
+        world.obstacles.push(Obstacle {
+            name: "roof".to_owned(),
+            shape: Solid::Box {
+                min_m: Point3::new(0.0, 0.0, 6.0),
+                max_m: Point3::new(12.0, 4.0, 6.0 + HIGHEST_M),
+            },
+        });
         let failures = planned(&world).failures;
         let FailureCause::Obstructed {
             remedy: Remedy::RaiseZone { air_limit_mps, .. },
