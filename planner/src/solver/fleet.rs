@@ -326,12 +326,12 @@ const MOST_EXPANSIONS_ALONE: u64 = 50_000;
 /// The same of smooth flights, whose states take as much longer: chosen here.
 const MOST_SMOOTH_EXPANSIONS_ALONE: u64 = 10_000;
 /// So many drones are searched for alone at a time; where a zone leaves none of that many a path,
-/// each of the rest gets no more than one in so many of the states in a small fleet, and so many in
-/// a larger one, and all whom that zone stops are refused. All chosen here: what stops a few drones
-/// of a fleet stops most of it, and a drone that flies elsewhere is there within as many.
+/// each of the rest gets so many of the states, and in a small fleet one in so many of them if that
+/// is more, and all whom that zone stops are refused. All chosen here: what stops a few drones of a
+/// fleet stops most of it, and a drone that flies elsewhere, or round it, is there within as many.
 const AT_A_TIME: usize = 4;
 const SHARE_OF_REST: u64 = 4;
-const MOST_EXPANSIONS_OF_REST: u64 = 300;
+const MOST_EXPANSIONS_OF_REST: u64 = 2_000;
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
@@ -472,7 +472,10 @@ impl<'a> Run<'a> {
         };
         let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
         let is_asked = |agent: &&Agent| {
-            !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone)
+            // Who is late wherever the zones are is told so.
+            let is_late = || agent.is_timed() && agent.comes_late(&job.roadmap).is_some();
+            let is_open = agent.alone_ticks != UNREACHABLE && !known(agent.drone);
+            !agent.stays() && is_open && !is_late()
         };
         let asked = job.agents.iter().filter(is_asked).map(|it| it.drone);
         let asked: Vec<DroneId> = asked.collect();
@@ -497,9 +500,10 @@ impl<'a> Run<'a> {
             ));
         }
         let rest = match job.agents.len() <= MOST_SMALL {
-            true => most / SHARE_OF_REST,
-            false => most.min(MOST_EXPANSIONS_OF_REST),
+            true => MOST_EXPANSIONS_OF_REST.max(most / SHARE_OF_REST),
+            false => MOST_EXPANSIONS_OF_REST,
         };
+        let rest = rest.min(most);
         let mut in_vain = vec![0; self.world.zones.len()];
         let mut stopped = Vec::new();
         for some in open.chunks(AT_A_TIME) {
@@ -509,10 +513,33 @@ impl<'a> Run<'a> {
                 ..setting
             };
             let found = some.par_iter();
-            let found = found.map(|drone| search(setting, &job.agents[drone.0 as usize]));
-            let found: Vec<Searched> = found.collect();
-            for (drone, Searched { found, expansions }) in some.iter().zip(found) {
+            let found = found.map(|drone| {
+                let agent = &job.agents[drone.0 as usize];
+                let on_time = search(setting, agent);
+                match on_time.found {
+                    Found::Blocked(Some(_)) if agent.is_timed() => {
+                        let at_any = search(setting, &agent.at_any_time());
+                        (on_time, Some(at_any))
+                    }
+                    _ => (on_time, None),
+                }
+            });
+            let found: Vec<(Searched, Option<Searched>)> = found.collect();
+            for (drone, (on_time, at_any)) in some.iter().zip(found) {
+                let Searched { found, expansions } = on_time;
                 self.effort.expansions += expansions;
+                if let Some(Searched { found, expansions }) = at_any {
+                    self.effort.expansions += expansions;
+                    // No zone stops it that it passes when it may be late.
+                    if let Found::Path(path) = found {
+                        let agent = &mut job.agents[drone.0 as usize];
+                        match agent.comes_late_on(&job.roadmap, &path.legs) {
+                            Some((task, at)) => out.push((*drone, FailureKind::Late(task, at))),
+                            None => agent.alone_ticks = path.arrives.0,
+                        }
+                        continue;
+                    }
+                }
                 match found {
                     Found::Path(path) => {
                         job.agents[drone.0 as usize].alone_ticks = path.arrives.0;

@@ -188,10 +188,11 @@ fn may_be_helped(job: &Job, (drone, why): &(DroneId, FailureKind)) -> bool {
     match why {
         FailureKind::NoPath | FailureKind::Zone(_) => !job.is_closed(*drone),
         FailureKind::Obstructed(_) => true,
-        FailureKind::Late(..)
-        | FailureKind::EndpointConflict
-        | FailureKind::Landing(_)
-        | FailureKind::Stopped => false,
+        FailureKind::Late(..) => {
+            let agent = &job.agents[drone.0 as usize];
+            agent.comes_late(&job.roadmap).is_none()
+        }
+        FailureKind::EndpointConflict | FailureKind::Landing(_) | FailureKind::Stopped => false,
     }
 }
 

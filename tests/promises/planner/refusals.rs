@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Point3;
 use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
 use planner::scenario::world::{Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone};
+use planner::verify::examination::examine;
 use planner::{Control, FailureCause, Outcome, Planned, plan_world};
 
 use super::assert_sound;
@@ -642,5 +643,147 @@ fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_told() {
         let place: Vec<f64> = place.split(", ").filter_map(|it| it.parse().ok()).collect();
         let again = planner::read_world(&text(place[0], place[1], place[2]));
         assert!(again.is_ok(), "{help}: {again:#?}");
+    }
+}
+
+/// A zone across most of a hall lets one by at its far side alone: who is due before it can be
+/// there that way is late, whatever zone it would be stopped by if it flew straight on.
+#[test]
+fn who_passes_a_zone_too_late_is_told_when_it_is_there_and_not_that_the_zone_stops_it() {
+    let world = |due_s: f64, dwell_s: f64| {
+        read(&format!(
+            r#"Scenario(name: "late", bounds_m: (min: (0, 0, 0), max: (20, 20, 3)),
+            zones: [(name: "belt", min_m: (8, 0, 0), max_m: (12, 14, 3), air_limit_mps: 0.3)],
+            drones: [(name: "k1", airframe: "kolibri", start_m: (2, 2, 1), tasks: [
+                (to_m: (2, 3, 1), dwell_s: {dwell_s}),
+                (to_m: (18, 2, 1), during_s: ({due_s}, {due_s})),
+            ])],
+            planning: (cell_m: 1, motion: Straight))"#
+        ))
+    };
+    for (due_s, dwell_s, is_sure) in [(14.0, 0.0, false), (14.0, 13.0, true)] {
+        let planned = answered(&world(due_s, dwell_s));
+        let FailureCause::TooLate {
+            task,
+            at_s,
+            due_s: told_s,
+            is_proven,
+        } = planned.failures[0].cause
+        else {
+            panic!("{}", planned.failures[0].cause);
+        };
+        assert_eq!((task, told_s, is_proven), (2, Some(due_s), is_sure));
+        // Sixteen metres at 2 m/s are far less than the way round, which it flies when it may.
+        assert!(at_s > due_s, "{at_s}");
+        let later = world((at_s + 1.0).ceil(), dwell_s);
+        if !is_sure {
+            let planned = answered(&later);
+            assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+            assert_sound(&later, &planned.plan);
+        }
+    }
+}
+
+#[test]
+fn limits_that_are_raised_together_are_named_together() {
+    let world = read(
+        r#"Scenario(name: "pairs", bounds_m: (min: (0, 0, 0), max: (20, 8, 4)), drones: [
+            (name: "a", airframe: "offboard-1", start_m: (2, 2, 3), tasks: [(to_m: (5, 5, 3))]),
+            (name: "b", airframe: "kolibri", start_m: (5, 2, 1), tasks: [(to_m: (5, 5, 1))]),
+            (name: "c", airframe: "offboard-1", start_m: (12, 2, 3), tasks: [(to_m: (15, 5, 3))]),
+            (name: "d", airframe: "kolibri", start_m: (15, 2, 1), tasks: [(to_m: (15, 5, 1))]),
+        ])"#,
+    );
+    let planned = answered(&world);
+    assert_eq!(planned.failures.len(), 2);
+    for (failure, other) in planned.failures.iter().zip(["d", "b"]) {
+        let FailureCause::GoalConflict(Some(conflict)) = &failure.cause else {
+            panic!("{}", failure.cause);
+        };
+        let mut raised = world.clone();
+        for drone in &mut raised.drones {
+            let mut limits = conflict.raised.iter();
+            let limit = limits.find(|(name, _)| *name == drone.name);
+            drone.air_limit = limit.map_or(drone.air_limit, |(_, limit)| *limit);
+        }
+        let outcome = plan_world(&raised, &Control::QUIET).expect("in order");
+        assert!(matches!(outcome, Outcome::Safe(_)), "{}", failure.cause);
+        let [own, of_other] = [&failure.drone, other].map(|name| {
+            let mut limits = conflict.raised.iter();
+            let limit = limits.find(|it| it.0 == *name).expect("both").1;
+            format!("`{name}` to {limit:.2}")
+        });
+        let told = format!(
+            "(with the air_limits of {own} and {of_other} raised together all are planned)"
+        );
+        assert!(
+            failure.cause.to_string().contains(&told),
+            "{}",
+            failure.cause
+        );
+    }
+}
+
+/// A drone above the limit that would do for the others is not told to raise its own to it.
+#[test]
+fn no_limit_is_raised_to_less_than_it_is() {
+    let world = read(
+        r#"Scenario(name: "lower", bounds_m: (min: (0, 0, 0), max: (8, 8, 4)), air: (convection: None),
+        drones: [
+            (name: "a", airframe: "offboard-1", start_m: (1, 1, 3), tasks: [(to_m: (7, 7, 3)), (to_m: (1, 1, 3))]),
+            (name: "b", airframe: "offboard-2", start_m: (7, 1, 2), tasks: [(to_m: (1, 7, 2), dwell_s: 2), (to_m: (7, 1, 2))]),
+            (name: "c", airframe: "kolibri", start_m: (1, 7, 1), tasks: [(to_m: (7, 1, 1), dwell_s: 1)], air_limit: 1.39),
+            (name: "d", airframe: "crazyflie-2.1", start_m: (4, 4, 0.5), tasks: [(to_m: (4, 7, 0.5), dwell_s: 1), (to_m: (4, 1, 0.5))]),
+            (name: "x", airframe: "crazyflie-2.1", start_m: (7, 7, 1)),
+        ],
+        planning: (motion: Straight, time_margin_s: 0, tracking_m: 0, clearance_m: 0, air_limit: 0.3))"#,
+    );
+    let planned = answered(&world);
+    let mut passes = planned.failures.iter().filter_map(|it| match &it.cause {
+        FailureCause::Obstructed {
+            remedy: Remedy::RaiseLimits(pass),
+            ..
+        } => Some(pass),
+        _ => None,
+    });
+    let pass = passes.next().expect("a pass");
+    let to = pass.air_limit.expect("a limit that does");
+    for drone in world
+        .drones
+        .iter()
+        .filter(|it| pass.drones.contains(&it.name))
+    {
+        assert!(
+            drone.air_limit < to,
+            "{}: {} to {to}",
+            drone.name,
+            drone.air_limit
+        );
+    }
+}
+
+/// It hovers on above another that is below, and lands when that has gone.
+#[test]
+fn when_a_drone_arrives_that_waits_before_it_lands_is_in_its_trajectory() {
+    for motion in ["Straight", "Smooth"] {
+        let world = read(&format!(
+            r#"Scenario(name: "waits", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)), drones: [
+                (name: "c", airframe: "crazyflie-2.1", start_m: (2, 2, 4),
+                    tasks: [(to_m: (5, 5, 4), dwell_s: 2)], at_end: Land),
+                (name: "b", airframe: "offboard-1", start_m: (8, 5, 1),
+                    tasks: [(to_m: (5, 5, 1), during_s: (8, 20)), (to_m: (8, 8, 1))]),
+            ], planning: (motion: {motion}))"#
+        ));
+        let plan = answered(&world).plan;
+        assert!(plan.is_safe());
+        let waits = &plan.drones[0];
+        let landed_s = waits.airborne_s.1.expect("it lands");
+        assert!(landed_s > 20.0 && waits.arrives_s < 8.0, "{landed_s}");
+        let text = serde_json::to_string(&plan).expect("numbers");
+        let file = planner::plan::file::read(&text).expect("a plan");
+        let found = examine(&file, false);
+        assert!(found.differences.is_empty(), "{:#?}", found.differences);
+        assert_eq!(found.plan.violations, []);
+        assert_eq!(found.plan.drones[0].arrives_s, waits.arrives_s);
     }
 }
