@@ -332,6 +332,9 @@ const MOST_SMOOTH_EXPANSIONS_ALONE: u64 = 10_000;
 const AT_A_TIME: usize = 4;
 const SHARE_OF_REST: u64 = 4;
 const MOST_EXPANSIONS_OF_REST: u64 = 2_000;
+/// The same in a larger fleet by rules that may be given up, where a refusal is not the last word:
+/// chosen here, so that smooth flights of 200 drones take a second.
+const MOST_EXPANSIONS_OF_REST_TRIED: u64 = 300;
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
@@ -501,6 +504,7 @@ impl<'a> Run<'a> {
         }
         let rest = match job.agents.len() <= MOST_SMALL {
             true => MOST_EXPANSIONS_OF_REST.max(most / SHARE_OF_REST),
+            false if self.is_tried => MOST_EXPANSIONS_OF_REST_TRIED,
             false => MOST_EXPANSIONS_OF_REST,
         };
         let rest = rest.min(most);
