@@ -6,6 +6,7 @@ use clap::Args;
 use planner::plan::file::PlanFile;
 use planner::plan::{Violation, ViolationKind};
 use planner::scenario::missing;
+use planner::verify::CROWD;
 use planner::verify::examination::{Difference, Examination, examine};
 use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
@@ -134,6 +135,7 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
         0 if violated.any(|it| it.kind == ViolationKind::Malformed) => {
             ", figures not compared: the plan contradicts itself".to_owned()
         }
+        0 if found.crowded > 0 => ", figures not compared".to_owned(),
         0 => String::new(),
         some => format!(", {}", count(some, "figure differs", "figures differ")),
     };
@@ -177,6 +179,13 @@ fn first_exposure(found: &Examination) -> Option<&Violation> {
 /// How much room there is.
 fn margins(found: &Examination) -> Vec<String> {
     let mut lines = Vec::new();
+    if found.crowded > 0 {
+        lines.push(format!(
+            "{} more than {CROWD} others at once: a few of these pairs were judged, the others of that moment \
+             counted; the air to and from these drones, zones, margins and figures were not judged",
+            count(found.crowded, "drone touches", "drones touch")
+        ));
+    }
     if let Some(it) = &found.closest {
         let [one, other] = &it.drones;
         lines.push(format!(

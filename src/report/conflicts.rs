@@ -2,7 +2,7 @@
 //! change that mends it.
 
 use nalgebra::Point3;
-use planner::plan::cause::{Exclusion, told_apart};
+use planner::plan::cause::{Exclusion, raised_together, told_apart};
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use planner::scenario::world::{AtEnd, Drone, World};
 use serde::Serialize;
@@ -30,9 +30,10 @@ pub(crate) struct ConflictEntry {
 
 /// Puts every conflict into words, in the planner's order.
 pub(crate) fn describe_all(conflicts: &EndpointConflicts, world: &World) -> Vec<ConflictEntry> {
+    let raised = conflicts.raised(world);
     let conflicts = conflicts.worst.iter();
     conflicts
-        .map(|conflict| describe(conflict, world))
+        .map(|conflict| describe(conflict, &raised, world))
         .collect()
 }
 
@@ -44,7 +45,8 @@ impl ConflictEntry {
     }
 }
 
-fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
+/// `raised`: the limits of air that are raised in the plan that shows that they are enough.
+fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World) -> ConflictEntry {
     let drone = &world.drones[conflict.drone];
     let name = &drone.name;
     let here = place_in(drone, conflict.task_of(drone.tasks.len()));
@@ -121,8 +123,9 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
     };
     let fix = conflict.nearest_fix_m.map(|to| step(name, &here, &to));
     let rule = match conflict.why {
-        Exclusion::Air { enough, .. } => enough.map(|limit| {
-            format!("with the air_limit of {name} raised to {limit:.2} all are planned")
+        Exclusion::Air { enough, .. } => enough.map(|limit| match raised {
+            [_, _, ..] => format!("with {} all are planned", raised_together(name, raised, "")),
+            _ => format!("with the air_limit of {name} raised to {limit:.2} all are planned"),
         }),
         Exclusion::Bodies { tracking_m, .. } => {
             tracking_m.map(|m| format!("with planning: (tracking_m: {m}) all are planned"))
@@ -216,7 +219,7 @@ mod tests {
             },
             nearest_fix_m: Some(Point3::new(5.0, 7.4, 1.0)),
         };
-        let entry = describe(&conflict, &world);
+        let entry = describe(&conflict, &[], &world);
         assert_eq!(entry.message, "`k4` starts in the downwash of `m1`");
         assert_eq!(
             entry.detail,
@@ -243,7 +246,7 @@ mod tests {
             },
             nearest_fix_m: None,
         };
-        let entry = describe(&conflict, &world);
+        let entry = describe(&conflict, &[], &world);
         assert_eq!(entry.message, "`m1` ends too close to `k4`");
         assert!(
             entry.detail.contains("overlap by 0.05 m"),

@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use crate::graph::distances::{Distances, Mover, UNREACHABLE};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::graph::turns::Smoothing;
+use crate::plan::trajectory::SAME_PLACE_M;
 
 /// One drone's job.
 #[derive(Clone, Debug)]
@@ -304,6 +305,13 @@ impl Agent {
         }
     }
 
+    /// When it is at a waypoint along the lattice with no other drone there.
+    pub(crate) fn reaches(&self, roadmap: &Roadmap, waypoint: usize) -> Tick {
+        let goal = self.waypoints[waypoint].distances.goal();
+        let left = self.remaining(roadmap, waypoint, goal);
+        self.departs.after(self.alone_ticks.saturating_sub(left))
+    }
+
     /// When its last dwell ends at the earliest, by the moments until which it has to stay at this
     /// waypoint and at those to come.
     pub(crate) fn ends_from(&self, waypoint: usize) -> Tick {
@@ -331,6 +339,38 @@ impl Agent {
         self.is_late(roadmap, |_, _, ticks| ticks)
     }
 
+    /// The same of one that flies these legs.
+    pub(crate) fn comes_late_on(&self, roadmap: &Roadmap, legs: &[Leg]) -> Option<(usize, Tick)> {
+        // Where it is, from and until when.
+        let mut stops: Vec<(Point3<f64>, Tick, Tick)> = Vec::new();
+        for leg in legs {
+            match stops.last_mut() {
+                Some((_, _, until)) if leg.stays() => *until = leg.end,
+                None if leg.stays() => stops.push((leg.from_m, leg.start, leg.end)),
+                None => stops.push((leg.from_m, leg.start, leg.start)),
+                Some(_) => {}
+            }
+            if !leg.stays() {
+                stops.push((leg.to_m, leg.end, leg.end));
+            }
+        }
+        let (mut before, mut at) = (0, self.departs);
+        for (index, waypoint) in self.waypoints.iter().enumerate() {
+            let goal_m = roadmap.position_m(waypoint.distances.goal());
+            let dwells = |(place_m, from, until): &(Point3<f64>, Tick, Tick)| {
+                let is_there = (place_m - goal_m).norm() <= SAME_PLACE_M;
+                is_there && (*from).max(at).after(waypoint.dwell_ticks) <= *until
+            };
+            before += stops[before..].iter().position(dwells)?;
+            let there = stops[before].1.max(at);
+            if there > waypoint.due {
+                return Some((index, there.after(self.lead_ticks())));
+            }
+            at = there.after(waypoint.dwell_ticks).max(waypoint.until);
+        }
+        None
+    }
+
     /// Holds it to no arrival that it cannot keep any more, with no other drone there.
     pub(crate) fn let_off_what_is_missed(&mut self, roadmap: &Roadmap) {
         // It begins to move, and comes to rest, at every task.
@@ -341,6 +381,15 @@ impl Agent {
         {
             self.waypoints[task].due = Tick::FOREVER;
         }
+    }
+
+    /// The same drone if it may be anywhere as late as it takes.
+    pub(crate) fn at_any_time(&self) -> Agent {
+        let mut agent = self.clone();
+        for waypoint in &mut agent.waypoints {
+            waypoint.due = Tick::FOREVER;
+        }
+        agent
     }
 
     /// From one place to another it takes so many ticks at least, of so many along the lattice.

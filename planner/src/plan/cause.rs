@@ -232,6 +232,10 @@ pub struct GoalConflict {
     pub nearest_fix_m: Option<Point3<f64>>,
     /// Where the drone that stays was to be (m): one of the two.
     pub at_m: Point3<f64>,
+    /// Of air that is borne with another limit: the limits of all drones, by name, that are raised
+    /// in the plan that shows it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub raised: Vec<(String, f64)>,
 }
 
 /// How two endpoints exclude one another.
@@ -345,6 +349,13 @@ pub enum Remedy {
     /// No landing, which is the cause: planned.
     #[error("; its landing is the cause: with at_end: Hover it is planned")]
     StayUp,
+    /// Higher bounds, and where its own task is too near above a zone another height for it:
+    /// planned.
+    #[error("; {0}")]
+    RaiseBounds(Higher),
+    /// The budget of states ended before anything that helps was found.
+    #[error("; what would help was not found: the budget of states for that ended")]
+    BudgetEnded,
     /// A higher limit of a zone: planned.
     #[error("; with an air_limit_mps of {air_limit_mps} in zone `{zone}` it is planned")]
     RaiseZone {
@@ -353,6 +364,26 @@ pub enum Remedy {
         /// What its limit would have to be (m/s).
         air_limit_mps: f64,
     },
+}
+
+/// Bounds that reach farther up.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Higher {
+    /// Highest z of the bounds (m).
+    pub max_z_m: f64,
+    /// Where a task of the drone would have to be within them, if not where it is.
+    pub moved: Option<Moved>,
+}
+
+impl fmt::Display for Higher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Higher { max_z_m, moved } = self;
+        write!(f, "with bounds_m up to z = {} m", as_typed(*max_z_m))?;
+        if let Some(moved) = moved {
+            write!(f, " and {moved}")?;
+        }
+        f.write_str(" it is planned")
+    }
 }
 
 /// Another place for a task.
@@ -420,6 +451,28 @@ impl Crowding {
     pub fn share(&self) -> f64 {
         self.held as f64 / self.open.max(1) as f64
     }
+}
+
+/// So many limits are named that are raised together: chosen here, a line or two.
+const MOST_RAISED: usize = 8;
+
+/// Limits of air, by drone, that are raised together, that of one drone before all others, names
+/// between `quotes`: "the air_limits of b to 0.72 and d to 0.72 raised together".
+pub fn raised_together(of: &str, raised: &[(String, f64)], quotes: &str) -> String {
+    let (own, others): (Vec<_>, Vec<_>) = raised.iter().partition(|(name, _)| name == of);
+    let told = own.into_iter().chain(others).take(MOST_RAISED);
+    let mut told: Vec<String> = told
+        .map(|(name, limit)| format!("{quotes}{name}{quotes} to {limit:.2}"))
+        .collect();
+    let more = raised.len() - told.len();
+    let last = match more {
+        0 => told.pop().unwrap_or_default(),
+        _ => format!("{more} more as at their own conflicts"),
+    };
+    format!(
+        "the air_limits of {} and {last} raised together",
+        told.join(", ")
+    )
 }
 
 /// What is too much, and its limit, with so many decimals; with more where they read alike.
@@ -580,9 +633,18 @@ impl fmt::Display for GoalConflict {
                     "{of} of `{drone}` is in the downwash of {with}{when}: {air_mps:.1} m/s, \
                      alpha {alpha}, its limit is {limit}"
                 )?;
-                match enough {
-                    Some(enough) => write!(f, " (with air_limit: {enough:.2} it is planned)"),
-                    None => Ok(()),
+                match (enough, &self.raised[..]) {
+                    (Some(_), raised @ [_, _, ..]) => {
+                        write!(
+                            f,
+                            " (with {} all are planned)",
+                            raised_together(drone, raised, "`")
+                        )
+                    }
+                    (Some(enough), _) => {
+                        write!(f, " (with air_limit: {enough:.2} it is planned)")
+                    }
+                    (None, _) => Ok(()),
                 }
             }
             Exclusion::Zone { air_mps, limit_mps } => {

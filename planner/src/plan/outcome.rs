@@ -1,10 +1,13 @@
 //! What planning answers, and how a caller watches and stops it.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Point3;
 use serde::Serialize;
 
 use crate::plan::cause::{Exclusion, FailureCause};
 use crate::plan::{Plan, Status};
+use crate::scenario::world::World;
 
 /// The answer to "plan this world".
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -119,7 +122,7 @@ impl Effort {
 /// Endpoints that exclude one another: all, or of very many the worst.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EndpointConflicts {
-    /// By drone, starts before goals before tasks: all up to 40 of each, else the 40 worst. Bodies
+    /// By drone, starts before goals before tasks: all up to 200 of each, else the 40 worst. Bodies
     /// come before columns, these before air; the least gap and the most air for its limit first.
     pub worst: Vec<EndpointConflict>,
     /// How many more there are.
@@ -130,6 +133,19 @@ impl EndpointConflicts {
     /// All of them.
     pub fn count(&self) -> usize {
         self.worst.len() + self.more
+    }
+
+    /// The limits of air, by drone, that are raised in the plan that shows that they are enough.
+    pub fn raised(&self, world: &World) -> Vec<(String, f64)> {
+        let raised = self.worst.iter().filter_map(|it| match it.why {
+            Exclusion::Air { enough, .. } => Some((it.drone, enough?)),
+            _ => None,
+        });
+        let raised: BTreeMap<usize, f64> = raised.collect();
+        let raised = raised.into_iter();
+        raised
+            .map(|(drone, limit)| (world.drones[drone].name.clone(), limit))
+            .collect()
     }
 }
 

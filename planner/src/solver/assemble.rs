@@ -7,7 +7,8 @@ use nalgebra::Point3;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::UNREACHABLE;
-use crate::plan::trajectory::SAME_TIME_S;
+use crate::plan::file::TIME_S;
+use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S};
 use crate::plan::{AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
 use crate::scenario::solid::TOUCHING_M;
 use crate::scenario::world::{Drone, World};
@@ -165,7 +166,8 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
-/// Lets a trajectory last until the end of its last dwell (s).
+/// Lets a trajectory last until the end of its last dwell (s), and have a break point there where it
+/// stands on.
 pub(crate) fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
     let last = entry
         .t_s
@@ -180,6 +182,24 @@ pub(crate) fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
         entry.t_s.push(arrives_s);
         entry.position_m.push(last_m);
         entry.mass_kg.push(last_kg);
+        return;
+    }
+    let next = entry.t_s.partition_point(|at_s| *at_s <= arrives_s);
+    let Some(before) = next.checked_sub(1).filter(|_| next < entry.t_s.len()) else {
+        return;
+    };
+    let stands_m = entry.position_m[before];
+    let stands = (entry.position_m[next] - stands_m).norm() <= SAME_PLACE_M
+        && entry.control_m.get(before).is_none_or(Vec::is_empty);
+    let is_apart = |k: usize| (entry.t_s[k] - arrives_s).abs() > TIME_S;
+    if stands && is_apart(before) && is_apart(next) {
+        if entry.is_smooth() {
+            entry.control_m.insert(next, Vec::new());
+        }
+        entry.t_s.insert(next, arrives_s);
+        entry.position_m.insert(next, stands_m);
+        let mass_kg = entry.mass_kg[before];
+        entry.mass_kg.insert(next, mass_kg);
     }
 }
 

@@ -10,6 +10,7 @@
 mod sites;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use costmap::leg::DroneId;
 use nalgebra::{Point3, Vector3};
@@ -18,7 +19,7 @@ use rayon::prelude::*;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::scenario::world::{AtEnd, AtStart, Drone, World};
+use crate::scenario::world::{Drone, World};
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::checks::obstacle::TOUCH_M;
 use crate::verify::checks::zone::Downwash;
@@ -31,9 +32,16 @@ const FARTHEST_M: f64 = 8.0;
 /// Bearings tried at each distance, chosen here: 15 degrees apart.
 const BEARINGS: usize = 24;
 
-/// Most conflicts of starts, and of goals, that are described with a place that would do: chosen
-/// here, two screens' worth.
-const MOST_DESCRIBED: usize = 40;
+/// Most conflicts of starts, and of goals, that are all described with a place that would do:
+/// chosen here, those of a large fleet, which are mended together. Alike ones share a line.
+const MOST_DESCRIBED: usize = 200;
+/// So many are where there are more: chosen here, two screens' worth.
+const DESCRIBED_OF_MORE: usize = 40;
+/// Places that are judged in all for what would do: chosen here, a second of work.
+const MOST_PLACES: usize = 80_000;
+/// Where more goals than this are described they are moved together first: chosen here, as many as
+/// are asked about one by one.
+pub(crate) const MOST_ALONE: usize = 8;
 /// Most pairs that are kept of a fleet (56 bytes each): all pairs of a thousand drones at one
 /// place.
 const MOST_KEPT: usize = 1 << 20;
@@ -51,6 +59,13 @@ const FARTHER: [f64; 3] = [1.0, 1.5, 2.0];
 /// far up, down and to four sides.
 const MOST_MOVES: usize = 16;
 
+/// In the order in which they are told.
+const KINDS: [EndpointKind; 3] = [
+    EndpointKind::Starts,
+    EndpointKind::Goals,
+    EndpointKind::Tasks,
+];
+
 /// One exclusion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Excluded {
@@ -64,14 +79,6 @@ pub(crate) struct Excluded {
     pub(crate) meeting: Option<Meeting>,
 }
 
-impl Excluded {
-    /// Who suffers, and at which task, from 0.
-    fn place(&self) -> (usize, Option<usize>) {
-        let task = self.meeting.and_then(|it| it.task);
-        (self.drone, task.map(|task| task - 1))
-    }
-}
-
 /// What is found of a world's endpoints.
 #[derive(Default)]
 pub(crate) struct Exclusions {
@@ -80,9 +87,36 @@ pub(crate) struct Exclusions {
     /// Every exclusion of goals, by drone, then of tasks. Of a drone that is in more than [`CROWD`]
     /// pairs the nearest in the fleet's order, where all together would be too many to keep.
     pub(crate) goals: Vec<Excluded>,
+    /// The places proposed for goals and tasks are those of a plan of all together.
+    pub(crate) is_planned_together: bool,
 }
 
 impl Exclusions {
+    /// Adds places that would do, for all that are described together.
+    pub(crate) fn advise(&mut self, world: &World) {
+        if self.conflicts.worst.is_empty() {
+            return;
+        }
+        let (judge, mut cache) = EndpointJudge::new(world);
+        let directions = directions();
+        let mut left = MOST_PLACES;
+        for described in (self.conflicts.worst).chunk_by_mut(|a, b| a.when == b.when) {
+            let sites = Sites::new(&judge, &mut cache, described[0].when);
+            // All that is advised can be done together.
+            let mut advised: Vec<Site> = Vec::new();
+            for it in described {
+                let place = it.place();
+                let is_it = |site: &&Site| (site.drone, site.task) == place;
+                if !advised.iter().any(|site| is_it(&site)) {
+                    let among = (&advised[..], &directions[..]);
+                    advised.extend(nearest(&judge, &sites, place, among, &mut left));
+                }
+                let fix = advised.iter().find(is_it);
+                it.nearest_fix_m = fix.map(|site| site.nominal_m);
+            }
+        }
+    }
+
     /// The gaps between bodies that a smaller tracking margin would do for, and which (m).
     fn bearable_m(&mut self) -> impl Iterator<Item = &mut Option<f64>> {
         let worst = self.conflicts.worst.iter_mut().map(|it| &mut it.why);
@@ -91,6 +125,34 @@ impl Exclusions {
             Exclusion::Bodies { tracking_m, .. } => Some(tracking_m),
             _ => None,
         })
+    }
+
+    /// Proposes for goals and tasks the places of a plan of all of them together, where those are
+    /// more than are asked about one by one and the world with them `is_planned`: the nearest, or as
+    /// many times as far.
+    pub(crate) fn confirm_together(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
+        let EndpointConflicts { worst, more } = &mut self.conflicts;
+        if *more > 0 || worst.len() <= MOST_ALONE {
+            return;
+        }
+        let moved = |times: f64| {
+            let mut moved = world.clone();
+            for it in worst.iter() {
+                let from_m = from_m(world, it);
+                let to_m = from_m + times * (it.nearest_fix_m? - from_m);
+                *place_of(&mut moved.drones[it.drone], it) = typed_m(to_m);
+            }
+            Some(moved)
+        };
+        let mut moved = FARTHER.into_iter().filter_map(moved);
+        let planned = moved.find(|moved| moved.check().is_ok() && is_planned(moved));
+        let Some(mut planned) = planned else {
+            return;
+        };
+        for it in worst {
+            it.nearest_fix_m = Some(*place_of(&mut planned.drones[it.drone], it));
+        }
+        self.is_planned_together = true;
     }
 
     /// Proposes for goals and tasks only those places (m) with which there was a plan, or of a
@@ -102,6 +164,9 @@ impl Exclusions {
         planned_m: impl Fn(&EndpointConflict) -> Option<Point3<f64>>,
         is_planned: impl Fn(&World) -> bool,
     ) {
+        if self.is_planned_together {
+            return;
+        }
         let starts = |it: &EndpointConflict| it.when == EndpointKind::Starts;
         let worst = &mut self.conflicts.worst;
         let places = |drone: usize| {
@@ -224,14 +289,10 @@ fn other_moves(
     nearest_m: &[Point3<f64>],
 ) -> Vec<(Vec<Point3<f64>>, f64)> {
     let (judge, mut cache) = EndpointJudge::new(world);
-    let kinds = [
-        EndpointKind::Starts,
-        EndpointKind::Goals,
-        EndpointKind::Tasks,
-    ];
-    let sites = kinds.map(|when| (when, Sites::new(&judge, &mut cache, when)));
+    let sites = KINDS.map(|when| (when, Sites::new(&judge, &mut cache, when)));
+    let mut left = MOST_PLACES;
     // All of them in one direction; who is not in order anywhere there stays with its nearest.
-    let towards = |direction: Vector3<f64>| {
+    let mut towards = |direction: Vector3<f64>| {
         let mut to_m = nearest_m.to_vec();
         for (when, sites) in &sites {
             let mut advised: Vec<Site> = Vec::new();
@@ -240,7 +301,8 @@ fn other_moves(
                 let place = it.place();
                 let is_it = |site: &&Site| (site.drone, site.task) == place;
                 if !advised.iter().any(|site| is_it(&site)) {
-                    advised.extend(nearest(&judge, sites, place, (&advised, &[direction])));
+                    let among = (&advised[..], &[direction][..]);
+                    advised.extend(nearest(&judge, sites, place, among, &mut left));
                 }
                 if let Some(site) = advised.iter().find(is_it) {
                     *to_m = site.nominal_m;
@@ -252,7 +314,7 @@ fn other_moves(
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
     let directions = axes.into_iter().flat_map(|axis| [axis, -axis]);
     let mut moves: Vec<Vec<Point3<f64>>> = vec![nearest_m.to_vec()];
-    for to_m in directions.map(towards) {
+    for to_m in directions.map(&mut towards) {
         if !moves.contains(&to_m) {
             moves.push(to_m);
         }
@@ -298,33 +360,45 @@ fn place_of<'a>(drone: &'a mut Drone, conflict: &EndpointConflict) -> &'a mut Po
 /// from a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is
 /// named. The world has to be in order ([`World::check`]).
 pub fn check(world: &World) -> EndpointConflicts {
-    find(world).conflicts
+    let mut found = find(world);
+    found.advise(world);
+    found.conflicts
 }
 
-/// [`check`] of one drone that hovers at one of its tasks with no other drone there.
-pub(crate) fn alone_at(world: &World, drone: DroneId, task: usize) -> EndpointConflicts {
-    let mut hovers = world.drones[drone.0 as usize].clone();
-    hovers.tasks = vec![hovers.tasks.swap_remove(task)];
-    hovers.start_m = hovers.tasks[0].to_m;
-    (hovers.at_start, hovers.at_end) = (AtStart::Hover, AtEnd::Hover);
-    let alone = World {
-        drones: vec![hovers],
-        ..world.clone()
-    };
-    check(&alone)
+/// For each of some drones the first of some of its tasks, and the first zone, whose limit it
+/// breaks as it hovers there with no other drone in the air.
+pub(crate) fn breaking_zones_alone(
+    world: &World,
+    tasks: &[(DroneId, Range<usize>)],
+) -> Vec<Option<(usize, usize)>> {
+    let (judge, mut cache) = EndpointJudge::new(world);
+    let sites = tasks.iter().map(|(drone, tasks)| {
+        let tasks = tasks.clone().map(|task| (drone.0 as usize, task));
+        let hovers =
+            tasks.filter_map(|(drone, task)| Some((task, judge.hovers(&mut cache, drone, task)?)));
+        hovers.collect::<Vec<_>>()
+    });
+    let sites: Vec<Vec<(usize, Site)>> = sites.collect();
+    let broken = sites.par_iter().map(|sites| {
+        let mut all = (sites.iter()).flat_map(|it| (0..world.zones.len()).map(move |k| (it, k)));
+        let broken = all.find(|((_, site), k)| breaks_alone(&judge, site, *k));
+        broken.map(|((task, _), k)| (*task, k))
+    });
+    broken.collect()
 }
 
-/// [`check`], with every exclusion of goals.
+/// Whether the wake of a drone alone is too strong for a zone.
+fn breaks_alone(judge: &EndpointJudge<'_>, site: &Site, zone: usize) -> bool {
+    let own = judge.downwash(site, zone);
+    own.is_some_and(|own| judge.breaks_zone(zone, &[&own]))
+}
+
+/// [`check`], with every exclusion of goals and without advice.
 pub(crate) fn find(world: &World) -> Exclusions {
     let (judge, mut cache) = EndpointJudge::new(world);
     let mut conflicts = EndpointConflicts::default();
     let mut kept = Vec::new();
-    let directions = directions();
-    for when in [
-        EndpointKind::Starts,
-        EndpointKind::Goals,
-        EndpointKind::Tasks,
-    ] {
+    for when in KINDS {
         let sites = Sites::new(&judge, &mut cache, when);
         // Of starts that exclude one another only words are made.
         let most = match when {
@@ -353,24 +427,15 @@ pub(crate) fn find(world: &World) -> Exclusions {
         found.sort_by_key(|it| it.drone);
         let worst = worst(&found);
         conflicts.more += untold + found.len() - worst.len();
-        // All that is advised can be done together.
-        let mut advised: Vec<Site> = Vec::new();
-        for it in worst {
-            let is_it = |site: &&Site| (site.drone, site.task) == it.place();
-            if !advised.iter().any(|site| is_it(&site)) {
-                let among = (&advised[..], &directions[..]);
-                advised.extend(nearest(&judge, &sites, it.place(), among));
-            }
-            let fix = advised.iter().find(is_it);
-            conflicts.worst.push(EndpointConflict {
-                drone: it.drone,
-                blocker: it.blocker,
-                when,
-                meeting: it.meeting,
-                why: it.why,
-                nearest_fix_m: fix.map(|site| site.nominal_m),
-            });
-        }
+        let described = worst.into_iter().map(|it| EndpointConflict {
+            drone: it.drone,
+            blocker: it.blocker,
+            when,
+            meeting: it.meeting,
+            why: it.why,
+            nearest_fix_m: None,
+        });
+        conflicts.worst.extend(described);
         if when != EndpointKind::Starts {
             kept.extend(found);
         }
@@ -378,15 +443,19 @@ pub(crate) fn find(world: &World) -> Exclusions {
     Exclusions {
         conflicts,
         goals: kept,
+        is_planned_together: false,
     }
 }
 
-/// The worst exclusions, at most [`MOST_DESCRIBED`], in the order in which they were found.
+/// All exclusions, or the worst where they are more than [`MOST_DESCRIBED`], in the order in which
+/// they were found.
 fn worst(found: &[Excluded]) -> Vec<Excluded> {
     let mut order: Vec<usize> = (0..found.len()).collect();
     // Of equals the first.
     order.sort_by(|&a, &b| severity(&found[b].why).total_cmp(&severity(&found[a].why)));
-    order.truncate(MOST_DESCRIBED);
+    if order.len() > MOST_DESCRIBED {
+        order.truncate(DESCRIBED_OF_MORE);
+    }
     order.sort_unstable();
     order.into_iter().map(|index| found[index]).collect()
 }
@@ -565,15 +634,18 @@ fn other_tasks(judge: &EndpointJudge<'_>, sites: &Sites, goals: &[Excluded]) -> 
 }
 
 /// The nearest place at which a drone is in order with all others of its set, those that are
-/// advised to move where they are then, by rings of growing distance in some directions.
+/// advised to move where they are then, by rings of growing distance in some directions, while there
+/// are places `left` to judge.
 fn nearest(
     judge: &EndpointJudge<'_>,
     sites: &Sites,
     (drone, task): (usize, Option<usize>),
     (advised, directions): (&[Site], &[Vector3<f64>]),
+    left: &mut usize,
 ) -> Option<Site> {
     let site = sites.of(drone, task)?;
     (1..=(FARTHEST_M / STEP_M) as usize).find_map(|ring| {
+        *left = left.checked_sub(directions.len())?;
         let distance_m = ring as f64 * STEP_M;
         let places_m = (directions.iter()).map(|towards| site.nominal_m + towards * distance_m);
         let moved = places_m.map(|place_m| judge.moved(site, place_m));
@@ -617,6 +689,10 @@ fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, advised: &[S
         return false;
     }
     if !fits(&moved.nominal_m, clearance_m) || moved.lands && !fits(&moved.place_m, -TOUCH_M) {
+        return false;
+    }
+    // Whatever the others do: most places above a zone are out of the question for this.
+    if (0..judge.world.zones.len()).any(|k| breaks_alone(judge, moved, k)) {
         return false;
     }
     let mut near = sites.near(moved);

@@ -2,6 +2,7 @@
 //! Whatever is advised has been planned.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use costmap::leg::{DroneId, Tick};
 use costmap::verdict::Why;
@@ -11,8 +12,8 @@ use crate::graph::distances::UNREACHABLE;
 use crate::graph::lattice::Spacing;
 use crate::graph::passage::{Passage, passage};
 use crate::plan::cause::{
-    ClosedBy, Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath,
-    Moved, Remedy,
+    ClosedBy, Exposure, Extent, FailureCause, GoalConflict, Higher, Hindrance, HindranceKind,
+    MissingPath, Moved, Remedy,
 };
 use crate::plan::outcome::{Blocker, Control, Effort, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
@@ -21,7 +22,7 @@ use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtEnd, Drone, PathMotion, World, Zone};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
-use crate::solver::endpoints::{self, Excluded, Exclusions};
+use crate::solver::endpoints::{self, Excluded, Exclusions, MOST_ALONE};
 use crate::solver::fleet::tried;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
@@ -35,8 +36,6 @@ const CROWDED_SHARE: f64 = 0.25;
 /// For how many groups something that would help is looked for: chosen here, some dozens of
 /// searches each.
 const MOST_REMEDIES: usize = 3;
-/// For how many drones it is asked whether another goal would do: chosen here.
-const MOST_FIXES: i32 = 8;
 /// For how many refused drones it is asked what is in their way in the end, and not only what was
 /// when they were searched for: chosen here, up to a second of work each.
 const MOST_ASKED: usize = 24;
@@ -50,8 +49,8 @@ const LEAST_BODY_M: f64 = 0.01;
 const MOST_EXPANSIONS: u64 = 12_000;
 /// The same of smooth flights: chosen here, as many times as many as they take in a corridor.
 const MOST_SMOOTH_EXPANSIONS: u64 = 48_000;
-/// States of all such plans times drones after which nothing more is looked for: chosen here, some
-/// seconds of work. A state takes the longer, the more drones there are.
+/// States of all such plans times drones that are planned whole after which nothing more is looked
+/// for: chosen here, some seconds of work. A state takes the longer, the more drones there are.
 const MOST_EXPANSIONS_IN_ALL: u64 = 100_000;
 /// A gentler pass may take so many times the states of the first: chosen here, three times as
 /// many, each of which counts eight times without tables.
@@ -68,6 +67,12 @@ const ZONE_HALVINGS: usize = 4;
 const TASK_STEP_M: f64 = 0.5;
 /// How often: chosen here.
 const MOST_TASK_STEPS: usize = 12;
+/// So far above the bounds a height is looked for (m): the ceiling of the open category,
+/// UAS.OPEN.010(2) of (EU) 2019/947.
+const HIGHEST_M: f64 = 120.0;
+/// How far above the least height that might do it is tried in turn (m): chosen here, drones need
+/// room to fly.
+const ABOVE_M: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// How many times as far as to the nearest place that is in order a goal is moved in turn: chosen
 /// here, drones need room to fly.
 const FARTHER: [f64; 3] = [1.0, 2.0, 4.0];
@@ -159,17 +164,23 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         asked.during_s.map(|[due_s, _]| due_s)
     };
     let mut zones_left = MOST_REMEDIES;
-    let mut fixes_left = MOST_FIXES;
+    let mut fixes_left = MOST_ALONE;
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
             FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
-            FailureKind::Late(task, at) => too_late(task, at, due_s(drone, task), true),
+            FailureKind::Late(task, at) => {
+                let agent = &job.agents[drone.0 as usize];
+                let is_proven = agent.comes_late(&job.roadmap).is_some();
+                too_late(task, at, due_s(drone, task), is_proven)
+            }
             FailureKind::EndpointConflict => {
-                fixes_left -= 1;
+                let asks = fixes_left > 0;
+                fixes_left = fixes_left.saturating_sub(1);
                 let mut conflict = goal_conflict(world, endpoints, drone);
-                if let Some(conflict) = &mut conflict {
-                    conflict.nearest_fix_m = match fixes_left >= 0 {
+                let is_known = endpoints.is_planned_together;
+                if let Some(conflict) = conflict.as_mut().filter(|_| !is_known) {
+                    conflict.nearest_fix_m = match asks {
                         true => refusals.fix_m(conflict, drone),
                         false => None,
                     };
@@ -188,7 +199,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
                     by: Some(hindrance(world, &by)),
                     remedy: match looks {
                         true => refusals.past_zone(drone, &by),
-                        false => Remedy::Unknown,
+                        false => Remedy::BudgetEnded,
                     },
                     extent: refusals.extent(drone),
                 }
@@ -224,7 +235,8 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     };
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
-        FailureKind::Late(task, at) => too_late(task, at, None, true),
+        // It may be that only a zone makes it late.
+        FailureKind::Late(task, at) => too_late(task, at, None, false),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
         FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
             short_m,
@@ -271,6 +283,7 @@ fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Optio
         why: conflict.why,
         nearest_fix_m: described.and_then(|it| it.nearest_fix_m),
         at_m: own_task.map_or(typed.start_m, |task| typed.tasks[task].to_m),
+        raised: endpoints.conflicts.raised(world),
     })
 }
 
@@ -309,9 +322,16 @@ impl Refusals<'_> {
         let extents = tried.map(|tried| tried.extent);
         // What was stopped is not known, however fine the rest.
         let is_known = |it: &Extent| !matches!(it, Extent::Stopped { .. });
-        extents.min_by(|a, b| {
+        let finest = extents.min_by(|a, b| {
             let known = is_known(a).cmp(&is_known(b));
             known.then(a.cell_m().total_cmp(&b.cell_m()))
+        });
+        let ended = || self.job.ended.iter().find(|(ended, _)| *ended == drone);
+        finest.or_else(|| {
+            ended().map(|(_, states)| Extent::BudgetEnded {
+                states: *states,
+                cell_m: self.world.planning.cell_m,
+            })
         })
     }
 
@@ -385,7 +405,8 @@ impl Refusals<'_> {
         let begun = spent();
         let mut pass = match raised(HIGHEST_RAISE, u64::MAX) {
             // The budget of states ended, or the run was stopped.
-            None => return Remedy::Unknown,
+            None if (self.control.stop)() => return Remedy::Unknown,
+            None => return Remedy::BudgetEnded,
             Some(found) if found.unplanned > 0 => return self.elsewhere(group),
             Some(found) => found,
         };
@@ -402,8 +423,18 @@ impl Refusals<'_> {
         let Some(gentlest) = worst_exposure(&plan, &report) else {
             return Remedy::Unknown;
         };
+        let air_limit = self.enough(&gentlest, group);
+        let mut drones = gentlest.drones;
+        if let Some(air_limit) = air_limit {
+            let all = &self.world.drones;
+            drones.retain(|name| {
+                all.iter()
+                    .any(|it| it.name == *name && it.air_limit < air_limit)
+            });
+        }
         Remedy::RaiseLimits(Exposure {
-            air_limit: self.enough(&gentlest, group),
+            air_limit: air_limit.filter(|_| !drones.is_empty()),
+            drones,
             ..gentlest
         })
     }
@@ -491,6 +522,9 @@ impl Refusals<'_> {
         if let Some(moved) = moved {
             return Remedy::MoveTask(moved);
         }
+        if let Some(higher) = self.above_bounds(drone) {
+            return Remedy::RaiseBounds(higher);
+        }
         let limit_mps = self.world.zones[zone].air_limit_mps;
         let limits = limit_mps
             .map(|limit_mps| ZONE_RAISES.map(|times| (limit_mps * times * 10.0).ceil() / 10.0));
@@ -516,9 +550,78 @@ impl Refusals<'_> {
                 false => too_low_mps = middle_mps.min(known_mps),
             }
         }
-        enough.map_or(Remedy::Unknown, |air_limit_mps| Remedy::RaiseZone {
-            zone: self.world.zones[zone].name.clone(),
-            air_limit_mps,
+        enough.map_or_else(
+            || self.none_found(),
+            |air_limit_mps| Remedy::RaiseZone {
+                zone: self.world.zones[zone].name.clone(),
+                air_limit_mps,
+            },
+        )
+    }
+
+    /// What is said where nothing that helps was found.
+    fn none_found(&self) -> Remedy {
+        match (self.control.stop)() || self.most_expansions().is_some() {
+            true => Remedy::Unknown,
+            false => Remedy::BudgetEnded,
+        }
+    }
+
+    /// Bounds that reach farther up, with which a drone is planned that its wake keeps from its
+    /// tasks, and where above the bounds the first of those tasks would have to be at which it is
+    /// too strong for a zone with no other drone there.
+    fn above_bounds(&self, drone: DroneId) -> Option<Higher> {
+        let index = drone.0 as usize;
+        let (top_m, tasks) = (self.world.bounds_m.max.z, &self.world.drones[index].tasks);
+        let at = |task: usize, z_m: f64| {
+            let mut moved = self.world.clone();
+            moved.bounds_m.max.z = moved.bounds_m.max.z.max(z_m);
+            moved.drones[index].tasks[task].to_m.z = z_m;
+            moved
+        };
+        let is_broken = |world: &World, tasks: Range<usize>| {
+            endpoints::breaking_zones_alone(world, &[(drone, tasks)])[0]
+        };
+        let task = is_broken(self.world, 0..tasks.len()).map(|(task, _)| task);
+        let least_m = match task {
+            None => top_m,
+            Some(task) => {
+                // The least height at which it is no longer too strong, by halves.
+                let is_low = |z_m: f64| is_broken(&at(task, z_m), task..task + 1).is_some();
+                let (mut low_m, mut high_m) = (top_m, top_m + HIGHEST_M);
+                if is_low(high_m) {
+                    return None;
+                }
+                while high_m - low_m > TASK_STEP_M {
+                    let middle_m = f64::midpoint(low_m, high_m);
+                    match is_low(middle_m) {
+                        true => low_m = middle_m,
+                        false => high_m = middle_m,
+                    }
+                }
+                high_m
+            }
+        };
+        let heights_m = ABOVE_M
+            .map(|above_m| typed_up_m(least_m + above_m))
+            .into_iter();
+        { heights_m }.filter(|z_m| *z_m > top_m).find_map(|z_m| {
+            let raised = match task {
+                Some(task) => at(task, z_m),
+                None => {
+                    let mut raised = self.world.clone();
+                    raised.bounds_m.max.z = z_m;
+                    raised
+                }
+            };
+            self.would_plan(&raised, &[drone]).then(|| Higher {
+                max_z_m: z_m,
+                moved: task.map(|task| Moved {
+                    task: task + 1,
+                    to_m: raised.drones[index].tasks[task].to_m,
+                    refused: Vec::new(),
+                }),
+            })
         })
     }
 
@@ -534,9 +637,11 @@ impl Refusals<'_> {
         let moved = places_m.filter_map(|to_m| {
             let mut moved = self.world.clone();
             moved.drones[drone.0 as usize].tasks[task].to_m = to_m;
-            let is_free =
-                moved.check().is_ok() && endpoints::alone_at(&moved, drone, task).count() == 0;
-            is_free.then_some((to_m, moved))
+            let is_free = |moved: &World| {
+                let asked = [(drone, task..task + 1)];
+                endpoints::breaking_zones_alone(moved, &asked) == [None]
+            };
+            (moved.check().is_ok() && is_free(&moved)).then_some((to_m, moved))
         });
         let mut best: Option<(Point3<f64>, Vec<DroneId>)> = None;
         for (to_m, moved) in moved.take(MOST_PLACES) {
@@ -609,7 +714,9 @@ impl Refusals<'_> {
             PathMotion::Straight => MOST_EXPANSIONS,
             PathMotion::Smooth => MOST_SMOOTH_EXPANSIONS,
         };
-        let spent = self.effort.borrow().expansions * self.world.drones.len() as u64;
+        // Of a larger fleet those that are asked about are planned, not all.
+        let planned = self.world.drones.len().min(MOST_SMALL) as u64;
+        let spent = self.effort.borrow().expansions * planned;
         (spent < MOST_EXPANSIONS_IN_ALL).then_some(most)
     }
 
@@ -689,6 +796,11 @@ fn aside_m(from_m: Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
         })
     };
     ASIDE_M.into_iter().flat_map(beside)
+}
+
+/// A height as it is printed and typed back: to the next half metre (m).
+fn typed_up_m(height_m: f64) -> f64 {
+    (height_m / TASK_STEP_M).ceil() * TASK_STEP_M
 }
 
 /// As it is printed, and typed back: to the centimetre (m).
@@ -772,10 +884,11 @@ fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy
 mod tests {
     use nalgebra::Point3;
 
+    use super::HIGHEST_M;
     use crate::plan::cause::{FailureCause, Remedy};
     use crate::plan::outcome::{Control, EndpointKind, Planned};
     use crate::scenario::read_world;
-    use crate::scenario::world::World;
+    use crate::scenario::world::{Obstacle, Solid, World};
 
     fn planned(world: &World) -> Planned {
         let outcome = crate::plan_world(world, &Control::QUIET).expect("in order");
@@ -809,6 +922,14 @@ mod tests {
     #[test]
     fn a_limit_of_a_zone_that_would_do_is_not_far_above_one_that_does_not() {
         let mut world = across(5.0, 4.7);
+        // Under a roof no bounds that reach farther up help.
+        world.obstacles.push(Obstacle {
+            name: "roof".to_owned(),
+            shape: Solid::Box {
+                min_m: Point3::new(0.0, 0.0, 6.0),
+                max_m: Point3::new(12.0, 4.0, 6.0 + HIGHEST_M),
+            },
+        });
         let failures = planned(&world).failures;
         let FailureCause::Obstructed {
             remedy: Remedy::RaiseZone { air_limit_mps, .. },

@@ -6,6 +6,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
 
+use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::graph::passage::Passages;
 use crate::plan::cause::Exclusion;
@@ -18,12 +19,12 @@ use crate::scenario::cell;
 use crate::scenario::world::{PathMotion, World};
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::search::{Found, IMMOVABLE, Searched, Setting, search};
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Searched, Setting, search};
 use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
-use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
+use crate::solver::priority::{FailureKind, FleetProblem, MOST_SMALL, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
 use crate::solver::relaxed::{Why, most_states, notes, weaker};
 use crate::verify::{harm, judged, verify};
@@ -59,10 +60,13 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     {
         notes.push(said);
     }
+    run.endpoints.advise(world);
     run.endpoints
         .confirm_tracking(|tracking_m| trials.is_planned_with(world, tracking_m));
     run.endpoints
         .confirm_limits(world, |raised| trials.is_planned(raised));
+    run.endpoints
+        .confirm_together(world, |moved| trials.is_planned(moved));
     let failures = failures(&Refusals {
         world,
         job: &run.job,
@@ -184,6 +188,10 @@ pub(crate) fn by_open_rules<'a>(
         }
         (None, Some((world, mut endpoints))) => {
             let trials = Trials::new(control);
+            // Of very many no place is known to be enough.
+            if endpoints.conflicts.more == 0 {
+                endpoints.advise(world);
+            }
             endpoints.confirm_tracking(|tracking_m| trials.is_planned_with(world, tracking_m));
             endpoints.confirm_limits(world, |raised| trials.is_planned(raised));
             endpoints.confirm_moves(world, |moved| trials.is_planned(moved));
@@ -243,7 +251,7 @@ fn by_rules<'a>(
 }
 
 /// Larger fleets are not planned to see whether something would help: chosen here.
-const MOST_CONFIRMED: usize = 200;
+const MOST_CONFIRMED: usize = 1000;
 /// States of one such plan, smooth and straight, and how many of them are spent in all: chosen
 /// here, some seconds of work.
 const MOST_SMOOTH_EXPANSIONS_CONFIRMED: u64 = 60_000;
@@ -317,6 +325,16 @@ pub(crate) fn tried(
 const MOST_EXPANSIONS_ALONE: u64 = 50_000;
 /// The same of smooth flights, whose states take as much longer: chosen here.
 const MOST_SMOOTH_EXPANSIONS_ALONE: u64 = 10_000;
+/// So many drones are searched for alone at a time; where a zone leaves none of that many a path,
+/// each of the rest gets so many of the states, and in a small fleet one in so many of them if that
+/// is more, and all whom that zone stops are refused. All chosen here: what stops a few drones of a
+/// fleet stops most of it, and a drone that flies elsewhere, or round it, is there within as many.
+const AT_A_TIME: usize = 4;
+const SHARE_OF_REST: u64 = 4;
+const MOST_EXPANSIONS_OF_REST: u64 = 2_000;
+/// The same in a larger fleet by rules that may be given up, where a refusal is not the last word:
+/// chosen here, so that smooth flights of 200 drones take a second.
+const MOST_EXPANSIONS_OF_REST_TRIED: u64 = 300;
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
@@ -456,42 +474,101 @@ impl<'a> Run<'a> {
             ..Setting::judged(&job.roadmap, empty, &weights, self.control.stop)
         };
         let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
-        let found: Vec<Option<Searched>> = job
-            .agents
-            .par_iter()
-            .map(|agent| {
-                let worth =
-                    !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone);
-                worth.then(|| search(setting, agent))
-            })
-            .collect();
-        let mut blocked = Vec::new();
-        for (agent, searched) in job.agents.iter_mut().zip(found) {
-            let Some(Searched { found, expansions }) = searched else {
+        let is_asked = |agent: &&Agent| {
+            // Who is late wherever the zones are is told so.
+            let is_late = || agent.is_timed() && agent.comes_late(&job.roadmap).is_some();
+            let is_open = agent.alone_ticks != UNREACHABLE && !known(agent.drone);
+            !agent.stays() && is_open && !is_late()
+        };
+        let asked = job.agents.iter().filter(is_asked).map(|it| it.drone);
+        let asked: Vec<DroneId> = asked.collect();
+        let tasks = |drone: &DroneId| self.world.drones[drone.0 as usize].tasks.len();
+        let tasks: Vec<_> = asked.iter().map(|it| (*it, 0..tasks(it))).collect();
+        let broken = endpoints::breaking_zones_alone(self.world, &tasks);
+        let mut out = Vec::new();
+        let mut open = Vec::new();
+        for (drone, broken) in asked.into_iter().zip(broken) {
+            let Some((task, zone)) = broken else {
+                open.push(drone);
                 continue;
             };
-            self.effort.expansions += expansions;
-            match found {
-                Found::Path(path) => agent.alone_ticks = path.arrives.0,
-                Found::Blocked(Some(by)) => blocked.push((agent.drone, by, expansions < most)),
-                Found::Blocked(None) | Found::Stopped => {}
-            }
-        }
-        let mut out = Vec::new();
-        for (drone, mut by, is_through) in blocked {
-            let tasks = &self.world.drones[drone.0 as usize].tasks;
-            let breaks = |task: &usize| endpoints::alone_at(self.world, drone, *task).count() > 0;
-            let asks = !job.is_closed(drone);
-            let breaking = (0..tasks.len()).filter(|_| asks).find(breaks);
-            if let Some(task) = breaking {
+            if !job.is_closed(drone) {
                 job.closed.push((drone, task));
-                by.at_m = tasks[task].to_m;
             }
-            // Where the states ended first, the zone may leave a path: the fleet's search tells.
-            if breaking.is_some() || is_through {
-                out.push((drone, FailureKind::Zone(by)));
+            let at_m = self.world.drones[drone.0 as usize].tasks[task].to_m;
+            let at = job.agents[drone.0 as usize].reaches(&job.roadmap, task);
+            out.push((
+                drone,
+                FailureKind::Zone(Obstruction::at_task(zone, at_m, at)),
+            ));
+        }
+        let rest = match job.agents.len() <= MOST_SMALL {
+            true => MOST_EXPANSIONS_OF_REST.max(most / SHARE_OF_REST),
+            false if self.is_tried => MOST_EXPANSIONS_OF_REST_TRIED,
+            false => MOST_EXPANSIONS_OF_REST,
+        };
+        let rest = rest.min(most);
+        let mut in_vain = vec![0; self.world.zones.len()];
+        let mut stopped = Vec::new();
+        for some in open.chunks(AT_A_TIME) {
+            let is_known = in_vain.iter().any(|drones| *drones >= AT_A_TIME);
+            let setting = Setting {
+                most_expansions: if is_known { rest } else { most },
+                ..setting
+            };
+            let found = some.par_iter();
+            let found = found.map(|drone| {
+                let agent = &job.agents[drone.0 as usize];
+                let on_time = search(setting, agent);
+                match on_time.found {
+                    Found::Blocked(Some(_)) if agent.is_timed() => {
+                        let at_any = search(setting, &agent.at_any_time());
+                        (on_time, Some(at_any))
+                    }
+                    _ => (on_time, None),
+                }
+            });
+            let found: Vec<(Searched, Option<Searched>)> = found.collect();
+            for (drone, (on_time, at_any)) in some.iter().zip(found) {
+                let Searched { found, expansions } = on_time;
+                self.effort.expansions += expansions;
+                if let Some(Searched { found, expansions }) = at_any {
+                    self.effort.expansions += expansions;
+                    // No zone stops it that it passes when it may be late.
+                    if let Found::Path(path) = found {
+                        let agent = &mut job.agents[drone.0 as usize];
+                        match agent.comes_late_on(&job.roadmap, &path.legs) {
+                            Some((task, at)) => out.push((*drone, FailureKind::Late(task, at))),
+                            None => agent.alone_ticks = path.arrives.0,
+                        }
+                        continue;
+                    }
+                }
+                match found {
+                    Found::Path(path) => {
+                        job.agents[drone.0 as usize].alone_ticks = path.arrives.0;
+                    }
+                    Found::Blocked(Some(by)) => {
+                        let Obstructor::Zone(zone) = by.by else {
+                            continue;
+                        };
+                        in_vain[zone] += 1;
+                        let ended = (expansions >= setting.most_expansions).then_some(expansions);
+                        stopped.push((*drone, zone, by, ended));
+                    }
+                    Found::Blocked(None) | Found::Stopped => {}
+                }
             }
         }
+        for (drone, zone, by, ended) in stopped {
+            // Where the states ended first, the zone may leave a path: the fleet's search tells, but
+            // of those whom it stops like many others.
+            if ended.is_none() || in_vain[zone] >= AT_A_TIME {
+                out.push((drone, FailureKind::Zone(by)));
+                job.ended.extend(ended.map(|states| (drone, states)));
+            }
+        }
+        out.sort_unstable_by_key(|(drone, _)| *drone);
         out
     }
 

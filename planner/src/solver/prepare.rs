@@ -42,6 +42,8 @@ pub(crate) struct Job {
     /// Drones of which it is proven that they cannot do one of their tasks, on whatever lattice,
     /// and which: they fit through to it nowhere, or their downwash there is too strong for a zone.
     pub(crate) closed: Vec<(DroneId, usize)>,
+    /// Drones that a zone stops like others, and after how many states that was enough.
+    pub(crate) ended: Vec<(DroneId, u64)>,
     /// How far from their legs others fly that are fixed (m).
     pub(crate) others_astray_m: f64,
 }
@@ -125,6 +127,7 @@ pub(crate) fn prepare_with(world: &World, spacing: &Spacing, channels: &[Channel
         kinds,
         blocked_landings,
         closed: Vec::new(),
+        ended: Vec::new(),
         others_astray_m: 0.0,
     };
     if !channels.is_empty() {

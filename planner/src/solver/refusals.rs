@@ -105,6 +105,7 @@ pub(crate) fn tried_again(
     effort: &mut Effort,
 ) -> (Paths, Vec<Retried>) {
     let mut tried: Vec<Retried> = Vec::new();
+    let mut asked = Asked::default();
     if job.agents.len() <= MOST_SMALL && is_refused(job, &paths) {
         let helpless = |drone: DroneId| {
             let mut unplanned = paths.unplanned.iter();
@@ -119,7 +120,7 @@ pub(crate) fn tried_again(
             attempts: &WHOLE,
             most_parts,
         };
-        let extent = whole.planned_again(job, &mut paths, effort);
+        let extent = whole.planned_again(job, &mut paths, &mut asked, effort);
         tried.push(Retried { drones, extent });
     }
     for drones in groups(job, &paths, control) {
@@ -130,7 +131,7 @@ pub(crate) fn tried_again(
             attempts: &GROUP,
             most_parts,
         };
-        let extent = group.planned_again(job, &mut paths, effort);
+        let extent = group.planned_again(job, &mut paths, &mut asked, effort);
         tried.push(Retried { drones, extent });
     }
     (paths, tried)
@@ -187,10 +188,11 @@ fn may_be_helped(job: &Job, (drone, why): &(DroneId, FailureKind)) -> bool {
     match why {
         FailureKind::NoPath | FailureKind::Zone(_) => !job.is_closed(*drone),
         FailureKind::Obstructed(_) => true,
-        FailureKind::Late(..)
-        | FailureKind::EndpointConflict
-        | FailureKind::Landing(_)
-        | FailureKind::Stopped => false,
+        FailureKind::Late(..) => {
+            let agent = &job.agents[drone.0 as usize];
+            agent.comes_late(&job.roadmap).is_none()
+        }
+        FailureKind::EndpointConflict | FailureKind::Landing(_) | FailureKind::Stopped => false,
     }
 }
 
@@ -200,8 +202,16 @@ fn groups(job: &Job, paths: &Paths, control: &Control<'_>) -> Vec<Vec<DroneId>> 
         return Vec::new();
     }
     let refused = paths.unplanned.iter().filter(|it| may_be_helped(job, it));
-    let asked: Vec<DroneId> = refused.map(|(drone, _)| *drone).take(MOST_ASKED).collect();
-    let stopped = in_their_way(job, paths, &asked, control);
+    let refused: Vec<&(DroneId, FailureKind)> = refused.take(MOST_ASKED).collect();
+    // Whom a zone stops without any other it stops among them, too.
+    let alone = |(drone, why): &&&(DroneId, FailureKind)| match why {
+        FailureKind::Zone(by) => Some((*drone, Some(*by))),
+        _ => None,
+    };
+    let open = refused.iter().filter(|it| alone(it).is_none());
+    let open: Vec<DroneId> = open.map(|(drone, _)| *drone).collect();
+    let mut stopped = in_their_way(job, paths, &open, control);
+    stopped.extend(refused.iter().filter_map(|it| alone(&it)));
     let mut groups = joined(&paths.unplanned, &stopped);
     groups.retain(|group| group.len() <= LARGEST_GROUP);
     groups.truncate(MOST_GROUPS);
@@ -286,6 +296,45 @@ fn lanes_of(world: &World, drones: &[DroneId]) -> Vec<Spacing> {
     found
 }
 
+/// What was asked already.
+#[derive(Default)]
+struct Asked(Vec<Question>);
+
+/// Drones planned together again on other terms, and what came of it.
+struct Question {
+    /// Ascending.
+    drones: Vec<DroneId>,
+    spacing: Spacing,
+    raised: [f64; 2],
+    /// States that it counts as.
+    states: u64,
+    /// Whether its states ended first.
+    has_ended: bool,
+}
+
+impl Asked {
+    /// The same question, or of one drone that a zone stops alone the same with others: no better
+    /// answer comes of it.
+    fn known(
+        &self,
+        drones: &[DroneId],
+        paths: &Paths,
+        (on, raised): (Spacing, [f64; 2]),
+    ) -> Option<&Question> {
+        let is_alone = |drone: &DroneId| {
+            let mut unplanned = paths.unplanned.iter();
+            unplanned.any(|(it, why)| it == drone && matches!(why, FailureKind::Zone(_)))
+        };
+        self.0.iter().find(|it| {
+            let is_same = match drones {
+                [drone] if is_alone(drone) => it.drones.contains(drone),
+                _ => it.drones == drones,
+            };
+            is_same && it.spacing == on && it.raised == raised
+        })
+    }
+}
+
 /// Drones among which some were refused.
 struct Refused<'a> {
     world: &'a World,
@@ -301,7 +350,13 @@ struct Refused<'a> {
 impl Refused<'_> {
     /// Plans them on finer cells, then with higher bounds if the verifier finds nothing in the
     /// plan. Whatever leaves fewer of them unplanned is taken over.
-    fn planned_again(&self, job: &mut Job, paths: &mut Paths, effort: &mut Effort) -> Extent {
+    fn planned_again(
+        &self,
+        job: &mut Job,
+        paths: &mut Paths,
+        asked: &mut Asked,
+        effort: &mut Effort,
+    ) -> Extent {
         let own_m = self.world.planning.cell_m;
         let (mut finest_m, mut ended) = (own_m, None);
         let begun = effort.expansions;
@@ -336,6 +391,18 @@ impl Refused<'_> {
             if self.unplanned(paths) == 0 || left == 0 || (self.control.stop)() {
                 break;
             }
+            if let Some(known) = asked.known(self.drones, paths, (spacing, raised)) {
+                let share = (known.drones.len() / self.drones.len()) as u64;
+                left = left.saturating_sub(known.states / share);
+                match known.has_ended {
+                    _ if is_of_lanes => {}
+                    true => {
+                        ended = Some(ended.map_or(spacing.cell_m, |it: f64| it.min(spacing.cell_m)))
+                    }
+                    false => finest_m = finest_m.min(spacing.cell_m),
+                }
+                continue;
+            }
             let is_exact = raised == [1.0; 2];
             let terms = Terms {
                 spacing,
@@ -357,7 +424,15 @@ impl Refused<'_> {
             let before = effort.expansions;
             let found = subfleet.replanned(&terms, effort);
             let spent = effort.expansions - before;
-            left = left.saturating_sub(if is_exact { spent / tabulated } else { spent });
+            let states = if is_exact { spent / tabulated } else { spent };
+            left = left.saturating_sub(states);
+            asked.0.push(Question {
+                drones: self.drones.to_vec(),
+                spacing,
+                raised,
+                states,
+                has_ended: found.is_none(),
+            });
             let Some(found) = found else {
                 if (self.control.stop)() {
                     break;

@@ -12,7 +12,7 @@ use super::checks::lateness::{self, Lateness};
 use super::scene::Scene;
 use super::time::closest::{Nearest, closest};
 use super::time::encounters::{Encounter, encounters};
-use super::{Report, checks::contents, extra_energy_j, judged};
+use super::{Report, checks::contents, crowd, extra_energy_j, judged};
 use crate::plan::cause::as_typed;
 use crate::plan::file::{DroneClaims, PlanFile, TIME_S, arrival_s};
 use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation, ZoneAir};
@@ -42,6 +42,9 @@ pub struct Examination {
     pub plan: Plan,
     /// How many more violations there are than the plan tells; see [`super::Report::untold`].
     pub untold: usize,
+    /// How many drones are in crowds; see [`super::Report::crowded`]. Figures are not compared
+    /// then, and it is not asked how late drones may be.
+    pub crowded: usize,
     /// Figures that the file states and that do not follow from the plan.
     pub differences: Vec<Difference>,
     /// The two bodies that come nearest to one another, at least one of them flying.
@@ -127,17 +130,20 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     (examined.fleet.makespan_s, examined.fleet.sum_of_arrivals_s) =
         (arrivals().fold(0.0, f64::max), arrivals().sum());
     let plan = &examined;
-    let (scene, malformed) = contents::read(plan);
-    // What contradicts itself has no figures to compare.
-    let is_whole = malformed.is_empty();
-    let report = super::report(plan, scene.as_ref(), malformed, (super::Asked::Spans, None));
+    let (mut scene, malformed) = contents::read(plan);
+    let closest = scene.as_ref().and_then(nearest_bodies);
+    let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
+    // What contradicts itself has no figures to compare, and of crowds they are not worked out.
+    let is_whole = malformed.is_empty() && crowds.drones == 0;
+    let late = late && crowds.drones == 0;
+    let found = (malformed, crowds);
+    let report = super::report(plan, scene.as_ref(), found, (super::Asked::Spans, None));
     let asked = scene.as_ref().filter(|_| late);
     let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len(), &|| false));
     let late = late.unwrap_or_else(|| vec![None; plan.drones.len()]);
     let near = scene.as_ref().map(|scene| encounters(scene, 0.0));
     let judged_by = scene.as_ref().zip(near.as_deref());
     let worst_air = worst_air(plan, &report);
-    let closest = scene.as_ref().and_then(nearest_bodies);
     let mut differences = Differences {
         list: Vec::new(),
         late: &late,
@@ -150,13 +156,15 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
         differences.gather();
     }
     let differences = differences.list;
-    let (unplanned, untold) = (examined.unplanned.clone(), report.untold);
+    let (untold, crowded) = (report.untold, report.crowded);
+    let unplanned = examined.unplanned.clone();
     let mut plan = judged(examined, report, unplanned);
     for (drone, late) in plan.drones.iter_mut().zip(&late) {
         drone.may_be_late_s = late.as_ref().map(|it| it.late_s);
     }
     Examination {
         untold,
+        crowded,
         differences,
         closest,
         worst_air,

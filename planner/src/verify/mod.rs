@@ -42,6 +42,7 @@
 mod again;
 pub(crate) mod bounds;
 pub(crate) mod checks;
+mod crowd;
 pub mod examination;
 mod extents;
 pub(crate) mod scene;
@@ -66,6 +67,7 @@ use checks::zone::Asked;
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
+use crowd::Crowds;
 pub use extents::FAINTEST_WAKE_MPS;
 pub(crate) use extents::Places;
 use extents::Span;
@@ -81,6 +83,9 @@ pub struct Report {
     pub violations: Vec<Violation>,
     /// How many more there are of such drones.
     pub untold: usize,
+    /// How many drones touch so many others at one moment that only a few of these pairs were
+    /// judged, and nothing else of them beside what each does by itself; no zone is judged then.
+    pub crowded: usize,
     /// For each drone of the plan, in its order; zeros for one whose trajectory cannot be read.
     pub exposures: Vec<DroneExposure>,
     /// For each zone that limits its air.
@@ -98,9 +103,10 @@ impl Report {
     }
 }
 
-/// Violations of one kind by one drone with others that are told: chosen here, no way out of such a
-/// crowd is by one drone.
-const CROWD: usize = 64;
+/// Violations of one kind by one drone with others that are told, and others that a drone touches
+/// at once before most of these pairs are no longer judged: chosen here, no way out of such a crowd
+/// is by one drone.
+pub const CROWD: usize = 64;
 
 /// What a violation is one of: of a rule without margins and one with them the same.
 fn what(it: &Violation) -> (ViolationKind, Option<&str>) {
@@ -154,8 +160,14 @@ pub fn contradictions(plan: &Plan) -> Vec<Violation> {
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
-    let (scene, malformed) = contents::read(plan);
-    report(plan, scene.as_ref(), malformed, (Asked::Spans, None))
+    let (mut scene, malformed) = contents::read(plan);
+    let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
+    report(
+        plan,
+        scene.as_ref(),
+        (malformed, crowds),
+        (Asked::Spans, None),
+    )
 }
 
 /// The same of a plan of which only drones have changed since it was judged last, without what air
@@ -163,7 +175,8 @@ pub fn verify(plan: &Plan) -> Report {
 /// time.
 pub(crate) fn verify_again(plan: &Plan, known: &mut Judgements) -> Report {
     let (scene, malformed) = contents::read(plan);
-    report(plan, scene.as_ref(), malformed, (Asked::Spans, Some(known)))
+    let found = (malformed, Crowds::default());
+    report(plan, scene.as_ref(), found, (Asked::Spans, Some(known)))
 }
 
 /// What air each drone of a plan meets, in its order.
@@ -185,8 +198,14 @@ pub(crate) fn exposures(plan: &Plan) -> Vec<DroneExposure> {
 /// The same without the highest air of zones: of their limits it is only told whether they are
 /// kept, as far as that is soon known.
 pub(crate) fn verify_drones(plan: &Plan) -> Report {
-    let (scene, malformed) = contents::read(plan);
-    report(plan, scene.as_ref(), malformed, (Asked::IsKept, None))
+    let (mut scene, malformed) = contents::read(plan);
+    let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
+    report(
+        plan,
+        scene.as_ref(),
+        (malformed, crowds),
+        (Asked::IsKept, None),
+    )
 }
 
 /// What was found of one flight.
@@ -205,11 +224,16 @@ fn judgement(
     k: usize,
     met: Option<&mut DroneExposure>,
 ) -> Judgement {
-    let flight = &scene.flights[k];
+    let found = by_itself(scene, &scene.flights[k]);
+    among(scene, (near, k), found, met)
+}
+
+/// What a flight breaks that needs no other.
+fn by_itself(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = limits::check(scene, flight);
     found.extend(smooth::check(scene, flight));
     found.extend(obstacle::check(scene, flight));
-    among(scene, (near, k), found, met)
+    found
 }
 
 /// The same of a flight that broke nothing before, and is what it was, as are those near it outside
@@ -279,17 +303,19 @@ fn among(
     }
 }
 
-/// The report of a plan that was read, with what is wrong with its contents; without the air of
+/// The report of a plan that was read, with what is wrong with its contents and known of crowds,
+/// whose drones are not in the scene; without the air of
 /// zones where it is only asked whether they are kept. What is still true of what is known of a
 /// flight is not judged again.
 fn report(
     plan: &Plan,
     scene: Option<&Scene<'_>>,
-    malformed: Vec<Found>,
+    (malformed, crowds): (Vec<Found>, Crowds),
     (of_zones, known): (Asked, Option<&mut Judgements>),
 ) -> Report {
     let mut found = malformed;
-    let mut untold = 0;
+    found.extend(crowds.found);
+    let mut untold = crowds.untold;
     let mut zone_air = Vec::new();
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
@@ -323,7 +349,9 @@ fn report(
         if let Some(known) = known {
             known.keep(plan, scene, &near, &judged);
         }
-        let limited = (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some());
+        // Without the air of crowds no more is known of a zone than that it may be worse.
+        let limited =
+            (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some() && crowds.drones == 0);
         let judged: Vec<_> = limited
             .map(|zone| {
                 let mut found = zone::check(scene, zone, of_zones);
@@ -342,18 +370,24 @@ fn report(
             zone_air.extend(air);
         }
     }
+    Report {
+        violations: in_order(found),
+        untold,
+        crowded: crowds.drones,
+        exposures,
+        zone_air,
+    }
+}
+
+/// By time, then kind, then drone.
+fn in_order(mut found: Vec<Found>) -> Vec<Violation> {
     found.sort_by(|(i, a), (j, b)| {
         (a.from_s.total_cmp(&b.from_s))
             .then(a.kind.cmp(&b.kind))
             .then(i.cmp(j))
             .then_with(|| a.with.cmp(&b.with))
     });
-    Report {
-        violations: found.into_iter().map(|(_, violation)| violation).collect(),
-        untold,
-        exposures,
-        zone_air,
-    }
+    found.into_iter().map(|(_, violation)| violation).collect()
 }
 
 /// What a plan's wakes do to its drones and zones, in a few figures.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Point3;
 use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
 use planner::scenario::world::{Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone};
+use planner::verify::examination::examine;
 use planner::{Control, FailureCause, Outcome, Planned, plan_world};
 
 use super::assert_sound;
@@ -329,6 +330,122 @@ fn a_drone_whose_downwash_is_too_strong_at_its_task_is_told_a_place_with_which_i
     assert!(matches!(outcome, Outcome::Safe(_)));
 }
 
+/// A drone whose wake is too strong for a zone over the whole floor, under a low ceiling.
+fn below_a_ceiling(tasks_m: &[[f64; 3]], zone: [[f64; 3]; 2]) -> World {
+    let mut world = room(
+        [20.0, 20.0, 4.0],
+        vec![drone("k", "kolibri", [2.0, 10.0, 2.0], tasks_m[0])],
+    );
+    world.drones[0].tasks = tasks_m.iter().map(|to_m| task(*to_m, 0.0)).collect();
+    world.zones.push(Zone {
+        name: "belt".to_owned(),
+        min_m: zone[0].into(),
+        max_m: zone[1].into(),
+        air_limit_mps: Some(1.0),
+        keep_out: false,
+    });
+    world
+}
+
+#[test]
+fn above_a_zone_bounds_that_reach_farther_up_are_told_and_planned() {
+    let task_above = below_a_ceiling(
+        &[[10.0, 10.0, 2.0], [2.0, 10.0, 2.0]],
+        [[6.0, 6.0, 0.0], [14.0, 14.0, 1.0]],
+    );
+    let across = below_a_ceiling(&[[18.0, 10.0, 2.0]], [[6.0, 0.0, 0.0], [14.0, 20.0, 1.0]]);
+    for (mut world, moves) in [(task_above, true), (across, false)] {
+        let planned = answered(&world);
+        let FailureCause::Obstructed { remedy, .. } = &planned.failures[0].cause else {
+            panic!("{:?}", planned.failures);
+        };
+        let Remedy::RaiseBounds(higher) = remedy else {
+            panic!("{remedy:?}");
+        };
+        assert_eq!(higher.moved.is_some(), moves);
+        world.bounds_m.max.z = higher.max_z_m;
+        if let Some(moved) = &higher.moved {
+            assert!(moved.to_m.z > 4.0, "{moved:?}");
+            world.drones[0].tasks[moved.task - 1].to_m = moved.to_m;
+        }
+        let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+        assert!(matches!(outcome, Outcome::Safe(_)), "{higher}");
+    }
+}
+
+/// So many drones, two metres apart in rows of ten, that fly over a zone to their tasks and back.
+fn above_one_zone(drones: usize, is_beyond: bool) -> World {
+    let rows = drones.div_ceil(10) as f64;
+    let (wide_m, deep_m) = (24.0, 2.0 * rows + 2.0);
+    let drones = (0..drones).map(|k| {
+        let [x, y] = [k % 10, k / 10].map(|it| 2.0 + 2.0 * it as f64);
+        let start_m = [x, y, 3.0];
+        let beyond_m = if is_beyond { 10.0 } else { 0.0 };
+        let mut drone = drone(&format!("d{k}"), "kolibri", start_m, start_m);
+        drone.tasks = vec![task([x + wide_m + beyond_m, y, 3.0], 0.0)];
+        if !is_beyond {
+            drone.tasks.push(task(start_m, 0.0));
+        }
+        drone
+    });
+    let mut world = room([2.0 * wide_m + 10.0, deep_m, 8.0], drones.collect());
+    let until_m = if is_beyond {
+        wide_m + 8.0
+    } else {
+        2.0 * wide_m + 10.0
+    };
+    world.zones.push(Zone {
+        name: "belt".to_owned(),
+        min_m: Point3::new(wide_m, 0.0, 0.0),
+        max_m: Point3::new(until_m, deep_m, 1.0),
+        air_limit_mps: Some(0.3),
+        keep_out: false,
+    });
+    world
+}
+
+/// The budget is one of states, so that the answer is the same anywhere.
+#[test]
+fn a_refusal_of_many_drones_by_one_zone_takes_few_states_and_says_what_was_not_tried() {
+    for (drones, is_beyond, most) in [(60, false, 10_000), (60, true, 700_000)] {
+        let planned = answered(&above_one_zone(drones, is_beyond));
+        assert_eq!(planned.failures.len(), drones);
+        let states = planned.effort.expansions;
+        assert!(states < most, "{states}");
+        let remedy = |cause: &FailureCause| match cause {
+            FailureCause::Obstructed { remedy, extent, .. } => {
+                assert!(extent.is_some(), "{cause}");
+                remedy.clone()
+            }
+            other => panic!("{other}"),
+        };
+        let last = remedy(&planned.failures[drones - 1].cause);
+        assert_eq!(last, Remedy::BudgetEnded);
+    }
+}
+
+#[test]
+fn of_more_goals_than_are_asked_about_one_by_one_all_are_moved_together() {
+    let pairs = 45;
+    let drones = (0..2 * pairs).map(|k| {
+        let [x, y] = [k % 10, k / 10].map(|it| 2.0 + 2.0 * it as f64);
+        // Every second goal is too near the one before it.
+        let near_m = if k % 2 == 1 { -1.7 } else { 0.0 };
+        let goal_m = [x + 24.0 + near_m, y, 3.0];
+        drone(&format!("d{k}"), "kolibri", [x, y, 3.0], goal_m)
+    });
+    let mut world = room([48.0, 22.0, 6.0], drones.collect());
+    let planned = answered(&world);
+    let told = &planned.conflicts;
+    assert_eq!((told.worst.len(), told.more), (pairs, 0));
+    for conflict in &told.worst {
+        let to_m = conflict.nearest_fix_m.expect("a place");
+        world.drones[conflict.drone].tasks[0].to_m = to_m;
+    }
+    let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+    assert!(matches!(outcome, Outcome::Safe(_)));
+}
+
 #[test]
 fn a_goal_above_a_zone_is_moved_to_where_it_is_planned_or_not_at_all() {
     let mut world = room(
@@ -526,5 +643,147 @@ fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_told() {
         let place: Vec<f64> = place.split(", ").filter_map(|it| it.parse().ok()).collect();
         let again = planner::read_world(&text(place[0], place[1], place[2]));
         assert!(again.is_ok(), "{help}: {again:#?}");
+    }
+}
+
+/// A zone across most of a hall lets one by at its far side alone: who is due before it can be
+/// there that way is late, whatever zone it would be stopped by if it flew straight on.
+#[test]
+fn who_passes_a_zone_too_late_is_told_when_it_is_there_and_not_that_the_zone_stops_it() {
+    let world = |due_s: f64, dwell_s: f64| {
+        read(&format!(
+            r#"Scenario(name: "late", bounds_m: (min: (0, 0, 0), max: (20, 20, 3)),
+            zones: [(name: "belt", min_m: (8, 0, 0), max_m: (12, 14, 3), air_limit_mps: 0.3)],
+            drones: [(name: "k1", airframe: "kolibri", start_m: (2, 2, 1), tasks: [
+                (to_m: (2, 3, 1), dwell_s: {dwell_s}),
+                (to_m: (18, 2, 1), during_s: ({due_s}, {due_s})),
+            ])],
+            planning: (cell_m: 1, motion: Straight))"#
+        ))
+    };
+    for (due_s, dwell_s, is_sure) in [(14.0, 0.0, false), (14.0, 13.0, true)] {
+        let planned = answered(&world(due_s, dwell_s));
+        let FailureCause::TooLate {
+            task,
+            at_s,
+            due_s: told_s,
+            is_proven,
+        } = planned.failures[0].cause
+        else {
+            panic!("{}", planned.failures[0].cause);
+        };
+        assert_eq!((task, told_s, is_proven), (2, Some(due_s), is_sure));
+        // Sixteen metres at 2 m/s are far less than the way round, which it flies when it may.
+        assert!(at_s > due_s, "{at_s}");
+        let later = world((at_s + 1.0).ceil(), dwell_s);
+        if !is_sure {
+            let planned = answered(&later);
+            assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+            assert_sound(&later, &planned.plan);
+        }
+    }
+}
+
+#[test]
+fn limits_that_are_raised_together_are_named_together() {
+    let world = read(
+        r#"Scenario(name: "pairs", bounds_m: (min: (0, 0, 0), max: (20, 8, 4)), drones: [
+            (name: "a", airframe: "offboard-1", start_m: (2, 2, 3), tasks: [(to_m: (5, 5, 3))]),
+            (name: "b", airframe: "kolibri", start_m: (5, 2, 1), tasks: [(to_m: (5, 5, 1))]),
+            (name: "c", airframe: "offboard-1", start_m: (12, 2, 3), tasks: [(to_m: (15, 5, 3))]),
+            (name: "d", airframe: "kolibri", start_m: (15, 2, 1), tasks: [(to_m: (15, 5, 1))]),
+        ])"#,
+    );
+    let planned = answered(&world);
+    assert_eq!(planned.failures.len(), 2);
+    for (failure, other) in planned.failures.iter().zip(["d", "b"]) {
+        let FailureCause::GoalConflict(Some(conflict)) = &failure.cause else {
+            panic!("{}", failure.cause);
+        };
+        let mut raised = world.clone();
+        for drone in &mut raised.drones {
+            let mut limits = conflict.raised.iter();
+            let limit = limits.find(|(name, _)| *name == drone.name);
+            drone.air_limit = limit.map_or(drone.air_limit, |(_, limit)| *limit);
+        }
+        let outcome = plan_world(&raised, &Control::QUIET).expect("in order");
+        assert!(matches!(outcome, Outcome::Safe(_)), "{}", failure.cause);
+        let [own, of_other] = [&failure.drone, other].map(|name| {
+            let mut limits = conflict.raised.iter();
+            let limit = limits.find(|it| it.0 == *name).expect("both").1;
+            format!("`{name}` to {limit:.2}")
+        });
+        let told = format!(
+            "(with the air_limits of {own} and {of_other} raised together all are planned)"
+        );
+        assert!(
+            failure.cause.to_string().contains(&told),
+            "{}",
+            failure.cause
+        );
+    }
+}
+
+/// A drone above the limit that would do for the others is not told to raise its own to it.
+#[test]
+fn no_limit_is_raised_to_less_than_it_is() {
+    let world = read(
+        r#"Scenario(name: "lower", bounds_m: (min: (0, 0, 0), max: (8, 8, 4)), air: (convection: None),
+        drones: [
+            (name: "a", airframe: "offboard-1", start_m: (1, 1, 3), tasks: [(to_m: (7, 7, 3)), (to_m: (1, 1, 3))]),
+            (name: "b", airframe: "offboard-2", start_m: (7, 1, 2), tasks: [(to_m: (1, 7, 2), dwell_s: 2), (to_m: (7, 1, 2))]),
+            (name: "c", airframe: "kolibri", start_m: (1, 7, 1), tasks: [(to_m: (7, 1, 1), dwell_s: 1)], air_limit: 1.39),
+            (name: "d", airframe: "crazyflie-2.1", start_m: (4, 4, 0.5), tasks: [(to_m: (4, 7, 0.5), dwell_s: 1), (to_m: (4, 1, 0.5))]),
+            (name: "x", airframe: "crazyflie-2.1", start_m: (7, 7, 1)),
+        ],
+        planning: (motion: Straight, time_margin_s: 0, tracking_m: 0, clearance_m: 0, air_limit: 0.3))"#,
+    );
+    let planned = answered(&world);
+    let mut passes = planned.failures.iter().filter_map(|it| match &it.cause {
+        FailureCause::Obstructed {
+            remedy: Remedy::RaiseLimits(pass),
+            ..
+        } => Some(pass),
+        _ => None,
+    });
+    let pass = passes.next().expect("a pass");
+    let to = pass.air_limit.expect("a limit that does");
+    for drone in world
+        .drones
+        .iter()
+        .filter(|it| pass.drones.contains(&it.name))
+    {
+        assert!(
+            drone.air_limit < to,
+            "{}: {} to {to}",
+            drone.name,
+            drone.air_limit
+        );
+    }
+}
+
+/// It hovers on above another that is below, and lands when that has gone.
+#[test]
+fn when_a_drone_arrives_that_waits_before_it_lands_is_in_its_trajectory() {
+    for motion in ["Straight", "Smooth"] {
+        let world = read(&format!(
+            r#"Scenario(name: "waits", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)), drones: [
+                (name: "c", airframe: "crazyflie-2.1", start_m: (2, 2, 4),
+                    tasks: [(to_m: (5, 5, 4), dwell_s: 2)], at_end: Land),
+                (name: "b", airframe: "offboard-1", start_m: (8, 5, 1),
+                    tasks: [(to_m: (5, 5, 1), during_s: (8, 20)), (to_m: (8, 8, 1))]),
+            ], planning: (motion: {motion}))"#
+        ));
+        let plan = answered(&world).plan;
+        assert!(plan.is_safe());
+        let waits = &plan.drones[0];
+        let landed_s = waits.airborne_s.1.expect("it lands");
+        assert!(landed_s > 20.0 && waits.arrives_s < 8.0, "{landed_s}");
+        let text = serde_json::to_string(&plan).expect("numbers");
+        let file = planner::plan::file::read(&text).expect("a plan");
+        let found = examine(&file, false);
+        assert!(found.differences.is_empty(), "{:#?}", found.differences);
+        assert_eq!(found.plan.violations, []);
+        assert_eq!(found.plan.drones[0].arrives_s, waits.arrives_s);
     }
 }

@@ -579,3 +579,40 @@ fn of_a_crowd_at_one_place_the_worst_pairs_are_told_and_the_rest_counted() {
     assert!((0..99).all(|k| pairs.iter().any(|(one, _)| *one == format!("c{k}"))));
     assert!(pairs.contains(&("c100", Some("c101"))));
 }
+
+/// Thousands on one path: the crowd is named, a few pairs of each are judged, the rest counted, and
+/// what is not judged is said. A drone elsewhere is judged as ever.
+#[test]
+fn of_thousands_on_one_path_a_few_pairs_each_are_judged_and_the_rest_counted() {
+    let text = changed(LEAST, |plan| {
+        let points = 0..60;
+        let t_s: Vec<f64> = points.clone().map(|k| 0.25 * f64::from(k)).collect();
+        let place_m = |k: i32| [3.0 + 0.2 * f64::from(k), 8.0 + 0.1 * f64::from(k % 2), 4.0];
+        let places_m: Vec<[f64; 3]> = points.map(place_m).collect();
+        let drones = plan["drones"].as_array_mut().expect("a list");
+        drones.extend((0..2000).map(|k| {
+            json!({"name": format!("c{k}"), "airframe": "kolibri",
+                "trajectory": {"t_s": t_s, "position_m": places_m}})
+        }));
+        drones[0]["trajectory"]["position_m"] = json!([[1, 5, 2], [21, 5, 2]]);
+    });
+    let found = examine(&file(&text), true);
+    assert_eq!(found.crowded, 2000);
+    let of = |kind: ViolationKind| {
+        let violations = found.plan.violations.iter();
+        violations.filter(move |it| it.kind == kind)
+    };
+    let collisions = of(ViolationKind::Collision).count();
+    assert_eq!(collisions + found.untold, 2000 * 1999 / 2);
+    assert!(collisions < 10_000, "{collisions}");
+    let outside: Vec<&str> = of(ViolationKind::Bounds)
+        .map(|it| it.drone.as_str())
+        .collect();
+    assert!(
+        !outside.is_empty() && outside.iter().all(|it| *it == "k"),
+        "{outside:?}"
+    );
+    let closest = found.closest.expect("two bodies");
+    assert!(closest.gap_m < -0.1, "{closest:?}");
+    assert!(found.late.iter().all(Option::is_none));
+}

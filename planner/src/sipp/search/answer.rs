@@ -50,6 +50,18 @@ pub(crate) struct Obstruction {
     pub(super) remaining: u32,
 }
 
+impl Obstruction {
+    /// That a drone's wake is too strong for a zone where its task is (m), at a moment.
+    pub(crate) fn at_task(zone: usize, at_m: Point3<f64>, at: Tick) -> Obstruction {
+        Obstruction {
+            by: Obstructor::Zone(zone),
+            at_m,
+            at,
+            remaining: 0,
+        }
+    }
+}
+
 /// Who or what can be in the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Obstructor {

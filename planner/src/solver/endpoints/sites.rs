@@ -147,20 +147,43 @@ impl<'a> EndpointJudge<'a> {
             if is_last && during_s.is_none() {
                 continue;
             }
-            let airframe = &drone.vehicle.airframe;
-            let (wake, discs) = cache.get(airframe, airframe.mass_kg() + load_kg);
             let site = Site {
-                airborne: true,
                 task: Some(task),
                 during_s,
-                induced_velocity_mps: wake.wake.hover_velocity_mps() / self.flown.receiver_gain,
-                wake,
-                discs,
                 ..start.clone()
             };
-            stays.push(self.moved(&site, asked.to_m));
+            stays.push(self.hovering(cache, &site, (asked.to_m, load_kg)));
         }
         stays
+    }
+
+    /// Where a drone hovers at one of its tasks, with what it carries there.
+    pub(super) fn hovers(&self, cache: &mut WakeCache, index: usize, task: usize) -> Option<Site> {
+        let tasks = &self.world.drones[index].tasks;
+        let load_kg = (tasks[..=task].iter().rev()).find_map(|it| it.load_kg);
+        let start = self.site(cache, index, false)?;
+        let there = (tasks[task].to_m, load_kg.unwrap_or(0.0));
+        Some(self.hovering(cache, &start, there))
+    }
+
+    /// The same drone in the air elsewhere (m), with a load (kg).
+    fn hovering(
+        &self,
+        cache: &mut WakeCache,
+        site: &Site,
+        (place_m, load_kg): (Point3<f64>, f64),
+    ) -> Site {
+        let airframe = &self.world.drones[site.drone].vehicle.airframe;
+        let (wake, discs) = cache.get(airframe, airframe.mass_kg() + load_kg);
+        let site = Site {
+            airborne: true,
+            lands: false,
+            induced_velocity_mps: wake.wake.hover_velocity_mps() / self.flown.receiver_gain,
+            wake,
+            discs,
+            ..site.clone()
+        };
+        self.moved(&site, place_m)
     }
 
     /// The same drone with another endpoint (m).

@@ -86,7 +86,7 @@ pub(crate) fn encounters_of(
 }
 
 /// The slabs of time, from the first moment to the last.
-pub(super) fn slabs(scene: &Scene<'_>) -> Vec<Span> {
+pub(in crate::verify) fn slabs(scene: &Scene<'_>) -> Vec<Span> {
     let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
     let slab_s = scene.last_s / slabs as f64;
     let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
