@@ -26,7 +26,7 @@
 
 use crate::far_field::{FarField, Level};
 use crate::jet::{FAR_FIELD_FROM_S_OVER_L, Jet};
-use crate::rotor_jets::RotorJets;
+use crate::rotor_jets::{RotorJets, Shadow};
 
 /// Depth at which the far field begins to be mixed in, in `l`. Chosen here: just before the paper's
 /// far field is complete.
@@ -44,8 +44,7 @@ const INTERVALS: usize = 28;
 #[derive(Clone, Debug)]
 pub(crate) struct NearField {
     diameter: f64,
-    /// `D₀`.
-    shadow: f64,
+    shadow: Shadow,
     momentum: f64,
     far: FarField,
     /// `I_nf` and its derivative at equally spaced depths from 1.8 to 2.5 l.
@@ -69,7 +68,7 @@ impl NearField {
         diameter_over_l: f64,
         width_factor: f64,
         jet: &Jet,
-        shadow: f64,
+        shadow: Shadow,
     ) -> NearField {
         let mut near = NearField {
             diameter: diameter_over_l,
@@ -224,6 +223,34 @@ mod tests {
 
     fn near(diameter: f64) -> NearField {
         NearField::new(diameter, 1.0, &Jet::default(), SHADOW)
+    }
+
+    #[test]
+    fn a_deep_shadow_is_slow_air_on_the_axis_at_the_same_momentum_and_draws_air_in_by_continuity() {
+        let deep = Shadow {
+            at_rotors: 0.8,
+            depth: 2.0,
+        };
+        let [usual, deep] =
+            [SHADOW, deep].map(|of| NearField::new(0.6246, 1.0, &Jet::default(), of));
+        assert!(deep.axial_speed(0.0, 0.0, 1.5) < 0.7 * usual.axial_speed(0.0, 0.0, 1.5));
+        for s in [0.5, 1.5, 2.1] {
+            let momentum = over_the_plane(|x, y| deep.axial_speed(x, y, s).powi(2));
+            assert!(
+                (momentum / deep.momentum - 1.0).abs() < 0.02,
+                "at {s} l: {momentum}"
+            );
+            let h = 1e-4;
+            for [x, y] in [[0.05, 0.02], [0.2, -0.1], [0.5, 0.3]] {
+                let along = |at: f64| deep.axial_speed(x, y, at);
+                let [east, west] = [x + h, x - h].map(|x| deep.horizontal_velocity(x, y, s)[0]);
+                let [north, south] = [y + h, y - h].map(|y| deep.horizontal_velocity(x, y, s)[1]);
+                let outwards = (east - west + north - south) / (2.0 * h);
+                let faster = (along(s + h) - along(s - h)) / (2.0 * h);
+                // Central differences of third derivatives of order 100.
+                assert!((outwards + faster).abs() < 1e-5, "at {x}, {y}, {s} l");
+            }
+        }
     }
 
     #[test]

@@ -18,15 +18,24 @@ const HUB_OFFSET: f64 = HUB_RADIUS * std::f64::consts::FRAC_1_SQRT_2;
 /// 1.75 and 2.0 l, as the paper measures (1.5 to 2.5).
 const ROTOR_SPREADING: f64 = 0.11;
 
-/// Share of the flow that the body takes away on the axis at the rotor plane (`D₀`). Chosen here:
-/// gives the slow core that the paper shows, about 0.5 to 0.7 U_H at 0.5 l.
-pub(crate) const SHADOW: f64 = 0.5;
+/// The body's shadow on the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shadow {
+    /// Share of the flow that it takes away at the rotor plane (`D₀`).
+    pub(crate) at_rotors: f64,
+    /// Depth over which it fills, in `l` (`s_b`).
+    pub(crate) depth: f64,
+}
+
+/// That of a drone of which nothing else is known. Chosen here: the share gives the slow core that
+/// the paper shows, about 0.5 to 0.7 U_H at 0.5 l, and it is gone where the maxima meet.
+pub(crate) const SHADOW: Shadow = Shadow {
+    at_rotors: 0.5,
+    depth: 0.7,
+};
 
 /// Radius of the body's shadow, in `l` (`r_b`). Chosen here: about the body's own radius.
 const SHADOW_RADIUS: f64 = 0.2;
-
-/// Depth over which the shadow fills, in `l` (`s_b`). Chosen here: gone where the maxima meet.
-const SHADOW_DEPTH: f64 = 0.7;
 
 /// Exponent of the shadow, `1/r_b²`, in 1/l².
 const SHADOW_EXPONENT: f64 = 1.0 / (SHADOW_RADIUS * SHADOW_RADIUS);
@@ -53,15 +62,15 @@ struct Gaussian {
 }
 
 impl RotorJets {
-    pub(crate) fn new(s: f64, diameter: f64, shadow_at_rotors: f64) -> RotorJets {
+    pub(crate) fn new(s: f64, diameter: f64, shadow: Shadow) -> RotorJets {
         let half_width = 0.5 * diameter + ROTOR_SPREADING * s;
         let exponent = LN_2 / (half_width * half_width);
-        let shadow = shadow_at_rotors * (-s / SHADOW_DEPTH).exp();
+        let taken = shadow.at_rotors * (-s / shadow.depth).exp();
         RotorJets {
             exponent,
             exponent_prime: -2.0 * exponent * ROTOR_SPREADING / half_width,
-            shadow,
-            shadow_prime: -shadow / SHADOW_DEPTH,
+            shadow: taken,
+            shadow_prime: -taken / shadow.depth,
         }
     }
 
@@ -152,7 +161,8 @@ impl RotorJets {
         let centre_prime = SHADOW_EXPONENT * p_prime / (sum * sum);
         let reach = SHADOW_EXPONENT * HUB_RADIUS * HUB_RADIUS;
         let taken = -self.shadow * (-reach * centre).exp();
-        let taken_prime = taken * (-SHADOW_DEPTH.recip() - reach * centre_prime);
+        let shadow_prime = -self.shadow_prime * (-reach * centre).exp();
+        let taken_prime = shadow_prime - taken * reach * centre_prime;
         [
             Gaussian {
                 amplitude: a,

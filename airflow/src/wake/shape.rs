@@ -80,7 +80,7 @@ impl Shape {
             .filter(|_| airframe.has_near_field_model())
             .map(|near| {
                 let diameter_over_l = airframe.propeller_diameter_m() / airframe.motor_distance_m();
-                NearField::new(diameter_over_l, airframe.width_factor(), jet, near.shadow)
+                NearField::new(diameter_over_l, airframe.width_factor(), jet, near.shadow())
             });
         Shape {
             effects: *effects,

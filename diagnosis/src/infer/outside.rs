@@ -202,7 +202,7 @@ pub fn outside(
         return Some(shape);
     }
     let beyond = takes_beyond(setting, selection, &left.predictions);
-    if stands && beyond.total > LEAST_ERRORS * beyond.standard_error {
+    if stands && takes_surely(&beyond, &left.gain, chosen.which.is_empty()) {
         return Some(shape(setting, selection, left));
     }
     let fit = &chosen.fit;
@@ -312,6 +312,16 @@ fn takes_beyond(setting: &Setting, selection: &Selection, correction: &[f64]) ->
     let chosen = &selection.chosen;
     let after = difference(&setting.left(&chosen.fit.predicted), correction);
     beyond_closure(setting, &selection.nothing, chosen, &after)
+}
+
+/// Whether trees surely take more than the laws of what is named may be off, by their gain in
+/// squares beyond that and in log density. Where nothing is named no law may be off, and either
+/// tells: squares rest on what is largest, so where a few blocks have most of them their sum is no
+/// surer than one of these, while a log density counts a large error as little more than a small
+/// one.
+fn takes_surely(beyond: &Gain, density: &Gain, is_nothing_named: bool) -> bool {
+    let is_told = is_nothing_named && is_sure(density) && beyond.total > 0.0;
+    is_told || beyond.total > LEAST_ERRORS * beyond.standard_error
 }
 
 /// What the terms that are named leave, where that is surely more than noise may be misread by, and
@@ -518,5 +528,23 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         left: difference(&rest, &held_out.predictions),
         correction: held_out.predictions.clone(),
         tolerance: selection.chosen.fit.tolerance,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_one_block_has_most_of_the_squares_the_log_density_tells_unless_a_law_is_named() {
+        let mut squares = vec![0.1; 20];
+        squares[3] = 40.0;
+        let (squares, density) = (Gain::new(squares), Gain::new(vec![5.0; 20]));
+        assert!(squares.total < LEAST_ERRORS * squares.standard_error);
+        assert!(takes_surely(&squares, &density, true));
+        assert!(!takes_surely(&squares, &density, false));
+        // Nor where squares rise, or the density is as unsure.
+        assert!(!takes_surely(&Gain::new(vec![-0.1; 20]), &density, true));
+        assert!(!takes_surely(&squares, &squares, true));
     }
 }

@@ -55,6 +55,9 @@ const MATCHES: f64 = 1.0;
 const LAW_ERROR: f64 = 0.1;
 /// Standard deviations of that which are no news: 95 % of a normal law.
 const CLOSURES: f64 = 2.0;
+/// Up to this part of the noise, that is nothing at all: in a thousand readings it comes to a log
+/// density of 5, less than any term needs.
+const SILENT: f64 = 0.1;
 /// Naming: a rival does as well within so many standard errors of the difference, but no more than
 /// half of what the term in question brings; within 4 % of that; or within 2 (seven to one).
 const TIE_ERRORS: f64 = 2.0;
@@ -386,7 +389,7 @@ impl Search<'_> {
             let mends = || {
                 let after = self.setting.left(&pair.fit.predicted);
                 let beyond = beyond_closure(self.setting, &self.tried.nothing, single, &after);
-                beyond.total <= 0.0
+                beyond.total <= 0.0 && !enough(&self.where_silent(single, pair), p)
             };
             if is_closure && mends() {
                 return false;
@@ -400,6 +403,31 @@ impl Search<'_> {
                 || share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * *left;
             enough(&more, p) && (is_large() || beats())
         })
+    }
+
+    /// What a pair gains over one of its terms in the blocks in which that term changes nothing:
+    /// there its law has no form that could be mended. Whole blocks, since a change that passes
+    /// through zero is somewhere small without being absent.
+    fn where_silent(&self, single: &Tried, pair: &Tried) -> Gain {
+        let setting = self.setting;
+        let members = single.members(setting.candidates);
+        let change = difference(
+            &setting.predicted(&members, &single.fit.values),
+            &setting.predicted(&[], &[]),
+        );
+        let off = closure(setting, single);
+        let blocks = &setting.noise.blocks;
+        let acts = change.iter().zip(setting.noise.sd());
+        let acts = acts.map(|(change, sd)| f64::from(off * change.abs() > SILENT * sd));
+        let acts = blocks.sums(acts);
+        let is_silent = |block: usize| acts[block] == 0.0;
+        let gained = pair.log_density.iter().zip(&single.log_density);
+        let gained = gained.zip(&blocks.of_sample);
+        let gained = gained.map(|((with, without), &block)| match is_silent(block) {
+            true => with - without,
+            false => 0.0,
+        });
+        Gain::new(blocks.sums(gained))
     }
 
     /// Pairs among the best singles, and of the very best with those that promise most beside it.

@@ -184,7 +184,7 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
         .closure_error(0.2)
         .settled_by(ONE_AXIS),
     // Half-widths of its four jets run from 0.7 to 1.05 rotor radii among closures.
-    Trial::new("near_field", &[0.15, 0.3], &[&[0.5, 0.5]])
+    Trial::new("near_field", &[0.15, 0.3, 0.5], &[&[0.5, 0.5, 0.7]])
         .shown(|shows| shows.near)
         .closure_error(0.2),
     Trial::new("jet_merging", &[0.1], &[&[1.4]])

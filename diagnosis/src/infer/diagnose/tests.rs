@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use airflow::Superposition;
+use airflow::effects::{Crossflow, Effects, NearFieldShape};
 use nalgebra::Vector3;
 
 use super::*;
@@ -560,4 +561,57 @@ fn a_region_is_told_by_what_tells_it_from_the_rest() {
         of(|i| i < 55 || i % 2 == 0),
     ];
     assert_eq!(telling(&boxes, &marked), [1, 2]);
+}
+
+/// The draughty hall with the drone half as high above its probe, which reads the jet with these
+/// effects.
+fn close(seed: u64, effects: Effects) -> Recording {
+    let mut recording = hall();
+    let places = recording.vehicles[0].track.position_m.iter_mut();
+    places.for_each(|place| place.z = 3.0 + 0.5 * (place.z - 3.0));
+    let observed = Observed::of(&recording, None).expect("it has readings");
+    let missing = Hypothesis {
+        effects,
+        ..Hypothesis::default()
+    };
+    let reads = observed.predict(&missing);
+    let rows = observed.samples.iter().map(|of| of.row);
+    let reads_mps: BTreeMap<usize, f64> = rows.zip(reads).collect();
+    read_of(recording.clone(), seed, |of, _| reads_mps[&of.row])
+}
+
+/// A body whose shadow reaches as deep as the near field.
+fn deep_shadow() -> Effects {
+    Effects {
+        near_field: Some(NearFieldShape {
+            share: 1.0,
+            shadow: 0.8,
+            shadow_depth_over_l: 2.0,
+        }),
+        ..Effects::default()
+    }
+}
+
+#[test]
+fn how_deep_a_body_shades_its_jet_is_found_and_leaves_nothing_outside_the_library() {
+    let found = diagnose(&close(11, deep_shadow())).expect("it can be compared");
+    assert_eq!(named(&found), ["near_field"], "{:?}", found.shape);
+    let depth = &found.effects[0].parameters["s_b"];
+    assert!((depth.low..=depth.high).contains(&2.0), "{depth:?}");
+    let [off, usual] = [2.0, 0.7].map(|depth_over_l: f64| (depth.value - depth_over_l).abs());
+    assert!(off < usual, "{depth:?}");
+}
+
+#[test]
+fn a_faint_wind_is_named_beside_a_near_field_for_what_it_does_further_down() {
+    let wind = Effects {
+        crossflow: Some(Crossflow {
+            wind_mps: [0.12, 0.05],
+        }),
+        ..deep_shadow()
+    };
+    let found = diagnose(&close(12, wind)).expect("it can be compared");
+    let mut names = named(&found);
+    names.sort_unstable();
+    assert_eq!(names, ["crossflow", "near_field"], "{:?}", found.runner_up);
 }
