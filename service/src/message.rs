@@ -358,7 +358,8 @@ pub struct Patch {
     pub changed: Vec<Changed>,
     /// Drones for which no path was found, and what they do instead.
     pub refused: Vec<Unplanned>,
-    /// What it is too late to avoid. It is flown: without the patch there would be more.
+    /// What it is too late to avoid, or what a drone without a path is in whether it stops or goes
+    /// on. It is flown.
     pub unavoidable: Vec<Violation>,
 }
 
