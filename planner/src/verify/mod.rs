@@ -160,14 +160,15 @@ pub fn contradictions(plan: &Plan) -> Vec<Violation> {
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
+    anew(plan, Asked::Spans)
+}
+
+/// Judges a plan of which nothing is known yet.
+fn anew(plan: &Plan, of_zones: Asked) -> Report {
     let (mut scene, malformed) = contents::read(plan);
     let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
-    report(
-        plan,
-        scene.as_ref(),
-        (malformed, crowds),
-        (Asked::Spans, None),
-    )
+    let found = (malformed, crowds);
+    report(plan, scene.as_ref(), found, (of_zones, None))
 }
 
 /// The same of a plan of which only drones have changed since it was judged last, without what air
@@ -198,14 +199,7 @@ pub(crate) fn exposures(plan: &Plan) -> Vec<DroneExposure> {
 /// The same without the highest air of zones: of their limits it is only told whether they are
 /// kept, as far as that is soon known.
 pub(crate) fn verify_drones(plan: &Plan) -> Report {
-    let (mut scene, malformed) = contents::read(plan);
-    let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
-    report(
-        plan,
-        scene.as_ref(),
-        (malformed, crowds),
-        (Asked::IsKept, None),
-    )
+    anew(plan, Asked::IsKept)
 }
 
 /// What was found of one flight.
