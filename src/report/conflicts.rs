@@ -30,7 +30,7 @@ pub(crate) struct ConflictEntry {
 
 /// Puts every conflict into words, in the planner's order.
 pub(crate) fn describe_all(conflicts: &EndpointConflicts, world: &World) -> Vec<ConflictEntry> {
-    let raised = conflicts.raised(world);
+    let raised = conflicts.raised(|drone| &world.drones[drone].name);
     let conflicts = conflicts.worst.iter();
     conflicts
         .map(|conflict| describe(conflict, &raised, world))

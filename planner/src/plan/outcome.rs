@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::plan::cause::{Exclusion, FailureCause};
 use crate::plan::{Plan, Status};
-use crate::scenario::world::World;
 
 /// The answer to "plan this world".
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -135,8 +134,9 @@ impl EndpointConflicts {
         self.worst.len() + self.more
     }
 
-    /// The limits of air, by drone, that are raised in the plan that shows that they are enough.
-    pub fn raised(&self, world: &World) -> Vec<(String, f64)> {
+    /// The limits of air, by drone of these names, that are raised in the plan that shows that they
+    /// are enough.
+    pub fn raised<'a>(&self, name: impl Fn(usize) -> &'a str) -> Vec<(String, f64)> {
         let raised = self.worst.iter().filter_map(|it| match it.why {
             Exclusion::Air { enough, .. } => Some((it.drone, enough?)),
             _ => None,
@@ -144,7 +144,7 @@ impl EndpointConflicts {
         let raised: BTreeMap<usize, f64> = raised.collect();
         let raised = raised.into_iter();
         raised
-            .map(|(drone, limit)| (world.drones[drone].name.clone(), limit))
+            .map(|(drone, limit)| (name(drone).to_owned(), limit))
             .collect()
     }
 }

@@ -166,8 +166,8 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
-/// Lets a trajectory last until the end of its last dwell (s), and have a break point there where it
-/// stands on.
+/// Lets a trajectory last until the end of its last dwell (s), and have a break point there where
+/// it stands on.
 pub(crate) fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
     let last = entry
         .t_s

@@ -128,8 +128,8 @@ impl Exclusions {
     }
 
     /// Proposes for goals and tasks the places of a plan of all of them together, where those are
-    /// more than are asked about one by one and the world with them `is_planned`: the nearest, or as
-    /// many times as far.
+    /// more than are asked about one by one and the world with them `is_planned`: the nearest, or
+    /// as many times as far.
     pub(crate) fn confirm_together(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
         let EndpointConflicts { worst, more } = &mut self.conflicts;
         if *more > 0 || worst.len() <= MOST_ALONE {
@@ -634,8 +634,8 @@ fn other_tasks(judge: &EndpointJudge<'_>, sites: &Sites, goals: &[Excluded]) -> 
 }
 
 /// The nearest place at which a drone is in order with all others of its set, those that are
-/// advised to move where they are then, by rings of growing distance in some directions, while there
-/// are places `left` to judge.
+/// advised to move where they are then, by rings of growing distance in some directions, while
+/// there are places `left` to judge.
 fn nearest(
     judge: &EndpointJudge<'_>,
     sites: &Sites,

@@ -283,7 +283,7 @@ fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Optio
         why: conflict.why,
         nearest_fix_m: described.and_then(|it| it.nearest_fix_m),
         at_m: own_task.map_or(typed.start_m, |task| typed.tasks[task].to_m),
-        raised: endpoints.conflicts.raised(world),
+        raised: (endpoints.conflicts).raised(|drone| &world.drones[drone].name),
     })
 }
 

@@ -561,8 +561,8 @@ impl<'a> Run<'a> {
             }
         }
         for (drone, zone, by, ended) in stopped {
-            // Where the states ended first, the zone may leave a path: the fleet's search tells, but
-            // of those whom it stops like many others.
+            // Where the states ended first, the zone may leave a path: the fleet's search tells,
+            // but of those whom it stops like many others.
             if ended.is_none() || in_vain[zone] >= AT_A_TIME {
                 out.push((drone, FailureKind::Zone(by)));
                 job.ended.extend(ended.map(|states| (drone, states)));
