@@ -353,8 +353,8 @@ pub enum Remedy {
     /// planned.
     #[error("; {0}")]
     RaiseBounds(Higher),
-    /// The budget of states ended before anything that helps was found.
-    #[error("; what would help was not found: the budget of states for that ended")]
+    /// The budget for looking, of states or of drones, ended before anything that helps was found.
+    #[error("; what would help was not found: the budget for looking ended")]
     BudgetEnded,
     /// A higher limit of a zone: planned.
     #[error("; with an air_limit_mps of {air_limit_mps} in zone `{zone}` it is planned")]

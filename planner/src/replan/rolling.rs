@@ -629,7 +629,7 @@ struct Released {
     is_sent: bool,
     /// It stops, and is gone.
     is_gone: bool,
-    /// It is in others' way whether it stops or goes on.
+    /// It has no path, and is in others' way whether it stops or goes on.
     is_lost: bool,
 }
 
@@ -1151,20 +1151,24 @@ impl Turn<'_> {
                 stopped.insert(index);
             }
         };
-        let mut released = self.released(&affected.under_way);
+        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
+        let lost: BTreeSet<usize> = left_out
+            .filter(|index| went_on.contains_key(index) && !stopped.contains(index))
+            .collect();
+        let mut released = self.released(&affected.under_way, &lost);
         let told = Replanned {
             effort,
             ..self.write(&stopped, paths)
         };
-        for (index, it) in released.iter_mut().enumerate() {
+        for it in &mut released {
             it.is_sent &= told.refused.iter().all(|out| out.name != it.drone);
-            it.is_lost = went_on.contains_key(&index) && !stopped.contains(&index);
         }
         Ok((told, released))
     }
 
-    /// When each drone could be made to do something else, of those under way until then.
-    fn released(&self, under_way: &[Tick]) -> Vec<Released> {
+    /// When each drone could be made to do something else, of those under way until then; some are
+    /// lost.
+    fn released(&self, under_way: &[Tick], lost: &BTreeSet<usize>) -> Vec<Released> {
         let running = &*self.running;
         let drones = running.world.drones.iter().zip(&running.job.agents);
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
@@ -1183,7 +1187,7 @@ impl Turn<'_> {
                 at,
                 is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
                 is_gone: track.is_gone,
-                is_lost: false,
+                is_lost: lost.contains(&index),
             }
         };
         under_way.iter().zip(drones).map(released).collect()

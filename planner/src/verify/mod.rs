@@ -298,9 +298,8 @@ fn among(
 }
 
 /// The report of a plan that was read, with what is wrong with its contents and known of crowds,
-/// whose drones are not in the scene; without the air of
-/// zones where it is only asked whether they are kept. What is still true of what is known of a
-/// flight is not judged again.
+/// whose drones are not in the scene; without the air of zones where it is only asked whether they
+/// are kept. What is still true of what is known of a flight is not judged again.
 fn report(
     plan: &Plan,
     scene: Option<&Scene<'_>>,
