@@ -48,11 +48,6 @@ pub struct Reservation {
 }
 
 impl Reservation {
-    /// The legs.
-    pub fn legs(&self) -> &[Leg] {
-        &self.legs
-    }
-
     /// Whose legs they are; `None` if there are none.
     pub fn drone(&self) -> Option<DroneId> {
         self.legs.first().map(|leg| leg.drone)

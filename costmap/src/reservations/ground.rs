@@ -114,11 +114,6 @@ impl Ground {
         self.counts[1]
     }
 
-    /// Their side (m).
-    pub fn bin_m(&self) -> f64 {
-        self.bin_m
-    }
-
     /// All bins that a footprint touches.
     pub fn bins(&self, footprint: &Footprint) -> Bins {
         let bin = |at_m: f64, axis: usize| {
