@@ -3,9 +3,9 @@
 //!
 //! A volume is a stack of [`Section`]s, figures of revolution about the vertical through the rotor
 //! centre, given by depth below the rotor plane. They depend on the airframe and its mass alone.
-//! [`Section::hung`] places one in the world and cuts it where the wake ends.
+//! [`Section::hung`] places one in the world.
 
-use crate::volumes::frame::{self, NotFinite};
+use crate::volumes::frame;
 use crate::volumes::frustum::Frustum;
 use crate::volumes::relative::nearest_radius_m;
 use airflow::Wake;
@@ -147,42 +147,15 @@ impl Section {
             .is_some_and(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
     }
 
-    /// The part above a depth; `None` if nothing is left.
-    fn cut_at(&self, depth_m: f64) -> Option<Self> {
-        if depth_m >= self.to_depth_m {
-            return Some(*self);
-        }
-        let to_radius_m = self.radius_m(depth_m)?;
-        (depth_m > self.from_depth_m).then_some(Self {
-            to_depth_m: depth_m,
-            to_radius_m,
-            ..*self
+    /// Placed below a rotor centre (m, world); `None` unless its lengths are finite and none of them
+    /// negative.
+    pub fn hung(&self, rotor_centre_m: Point3<f64>) -> Option<Placed> {
+        let depth_m = f64::midpoint(self.from_depth_m, self.to_depth_m);
+        let frustum = Frustum::new(self.height_m(), self.from_radius_m, self.to_radius_m);
+        frustum.map(|frustum| Placed {
+            frustum,
+            pose: frame::upright(rotor_centre_m - Vector3::z() * depth_m),
         })
-    }
-
-    /// Placed below a rotor centre (m, world) and cut where the wake ends; `None` if it ends above
-    /// this section.
-    ///
-    /// # Errors
-    /// The rotor centre or the height is NaN or infinite.
-    pub fn hung(
-        &self,
-        rotor_centre_m: Point3<f64>,
-        wake_ends_at_z_m: f64,
-    ) -> Result<Option<Placed>, NotFinite> {
-        frame::point(Point3::new(
-            rotor_centre_m.x,
-            rotor_centre_m.y,
-            wake_ends_at_z_m,
-        ))?;
-        let centre = frame::point(rotor_centre_m).map(frame::world_point)?;
-        let Some(part) = self.cut_at(centre.z - wake_ends_at_z_m) else {
-            return Ok(None);
-        };
-        let depth_m = f64::midpoint(part.from_depth_m, part.to_depth_m);
-        let pose = frame::upright(centre - Vector3::z() * depth_m)?;
-        let frustum = Frustum::new(part.height_m(), part.from_radius_m, part.to_radius_m);
-        Ok(frustum.map(|frustum| Placed { frustum, pose }))
     }
 }
 

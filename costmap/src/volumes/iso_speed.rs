@@ -28,10 +28,9 @@
 //! cylinders upright below the drone, out to the farthest point that is faster than the limit,
 //! found by search at every bearing.
 
-use crate::volumes::downwash::{Placed, Section};
-use crate::volumes::frame::NotFinite;
+use crate::volumes::downwash::Section;
 use airflow::Wake;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// Constant of the profile, `a = √2 - 1`: half the speed at the half-width, by definition.
@@ -99,19 +98,6 @@ impl IsoSpeedVolume {
             let is_within = |depth_m| section.radius_m(depth_m).is_some_and(|it| it > beside_m);
             from_m < to_m && ends.any(is_within)
         })
-    }
-
-    /// All sections in the world below a rotor centre (m), cut where the wake ends.
-    ///
-    /// # Errors
-    /// The rotor centre or the height is NaN or infinite.
-    pub fn hung(
-        &self,
-        rotor_centre_m: Point3<f64>,
-        wake_ends_at_z_m: f64,
-    ) -> Result<Vec<Placed>, NotFinite> {
-        let hung = |section: &Section| section.hung(rotor_centre_m, wake_ends_at_z_m).transpose();
-        self.sections.iter().filter_map(hung).collect()
     }
 }
 

@@ -14,7 +14,7 @@
 //! Every doubt counts as a meeting. "They do not meet" is only ever said with a proof in hand: a
 //! direction along which the two bodies do not overlap, checked here and not taken from GJK's word.
 
-use crate::volumes::frame::{self, NotFinite};
+use crate::volumes::frame;
 use nalgebra::Vector3;
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::{Pose, Vector};
@@ -61,21 +61,12 @@ pub struct Mover<'a> {
 impl<'a> Mover<'a> {
     /// A body that starts at `start` and ends `displacement_m` from there (world frame), at
     /// constant velocity and without turning.
-    ///
-    /// # Errors
-    /// The pose or the displacement is NaN or infinite.
-    pub fn new(
-        body: &'a dyn SupportMap,
-        start: Pose,
-        displacement_m: Vector3<f64>,
-    ) -> Result<Self, NotFinite> {
-        frame::checked(&start)?;
-        let displacement = frame::vector(displacement_m)?;
-        Ok(Self {
+    pub fn new(body: &'a dyn SupportMap, start: Pose, displacement_m: Vector3<f64>) -> Self {
+        Self {
             body,
             start,
-            displacement,
-        })
+            displacement: frame::vector(displacement_m),
+        }
     }
 
     /// A box in the world that holds the body during the whole interval.

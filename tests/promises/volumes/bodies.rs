@@ -130,8 +130,8 @@ fn two_moving_bodies_are_said_to_meet_exactly_when_they_do() {
             by_b = by_a; // at rest relative to each other
         }
         let meet = may_meet(
-            &Mover::new(&frustum, at_a, by_a).expect("finite"),
-            &Mover::new(&capsule, at_b, by_b).expect("finite"),
+            &Mover::new(&frustum, at_a, by_a),
+            &Mover::new(&capsule, at_b, by_b),
         );
         met += usize::from(meet);
         // The distance from the frustum is convex along the capsule's axis and in time: the least
@@ -162,16 +162,13 @@ fn a_sweep_holds_every_place_on_the_way() {
         let frustum = random_frustum(&mut random);
         let start = random_pose(&mut random, 3.0);
         let way = random_point(&mut random, 5.0).coords;
-        let mover = Mover::new(&frustum, start, way).expect("finite");
+        let mover = Mover::new(&frustum, start, way);
         let inside = random_inside(&mut random, &frustum);
         let t = random.uniform();
         let there = start * inside + Vector::new(way.x, way.y, way.z) * t;
         let speck = Ball::new(1e-9);
-        let at = centred(Point3::new(there.x, there.y, there.z)).expect("finite");
-        assert!(may_meet(
-            &mover,
-            &Mover::new(&speck, at, Vector3::zeros()).expect("finite")
-        ));
+        let at = centred(Point3::new(there.x, there.y, there.z));
+        assert!(may_meet(&mover, &Mover::new(&speck, at, Vector3::zeros())));
         assert!(mover.aabb().contains_local_point(there));
     }
 }
@@ -185,8 +182,8 @@ fn overlap_without_relative_motion_is_caught_although_parrys_cast_misses_it() {
     for _ in 0..2_000 {
         let cylinder = Cylinder::new(random.between(0.01, 1.5), random.between(0.0, 1.5));
         let ball = Ball::new(0.3);
-        let at_cylinder = upright(Point3::origin()).expect("finite");
-        let at_ball = centred(random_point(&mut random, 1.0)).expect("finite");
+        let at_cylinder = upright(Point3::origin());
+        let at_ball = centred(random_point(&mut random, 1.0));
         if !support_maps_meet(&at_cylinder.inv_mul(&at_ball), &cylinder, &ball) {
             continue;
         }
@@ -204,8 +201,8 @@ fn overlap_without_relative_motion_is_caught_although_parrys_cast_misses_it() {
         missed += usize::from(cast.expect("supported").is_none());
         // Both drift together: at rest relative to each other.
         let drift = Vector3::new(1.0, 2.0, 0.5);
-        let first = Mover::new(&cylinder, at_cylinder, drift).expect("finite");
-        let second = Mover::new(&ball, at_ball, drift).expect("finite");
+        let first = Mover::new(&cylinder, at_cylinder, drift);
+        let second = Mover::new(&ball, at_ball, drift);
         assert!(may_meet(&first, &second), "{cylinder:?}");
     }
     assert!(overlaps > 500, "{overlaps}");
@@ -214,12 +211,4 @@ fn overlap_without_relative_motion_is_caught_although_parrys_cast_misses_it() {
         missed, overlaps,
         "cast_shapes reports overlaps at rest after all"
     );
-}
-
-#[test]
-fn bodies_at_places_that_are_no_numbers_are_refused() {
-    let ball = Ball::new(1.0);
-    let nowhere = Pose::from_translation(Vector::new(f64::NAN, 0.0, 0.0));
-    assert!(Mover::new(&ball, nowhere, Vector3::zeros()).is_err());
-    assert!(Mover::new(&ball, Pose::IDENTITY, Vector3::new(0.0, f64::INFINITY, 0.0)).is_err());
 }

@@ -229,7 +229,7 @@ fn who_is_taken_back_leaves_nothing_behind() {
 
 /// A body or a point that moves straight (cells).
 fn moves(ball: &Ball, [from, to]: [Point3<f64>; 2]) -> Mover<'_> {
-    Mover::new(ball, centred(from).expect("finite"), to - from).expect("finite")
+    Mover::new(ball, centred(from), to - from)
 }
 
 /// Touching is not meeting: a little within the outward margins of both.
@@ -268,8 +268,8 @@ fn meets(hung: &Hung, paths: [[Point3<f64>; 2]; 2]) -> bool {
         from_radius_m: radii[0],
         to_radius_m: radii[1],
     };
-    let placed = section.hung(from, -1e6).expect("finite").expect("not cut");
-    let wake = Mover::new(&placed.frustum, placed.pose, to - from).expect("finite");
+    let placed = section.hung(from).expect("a frustum");
+    let wake = Mover::new(&placed.frustum, placed.pose, to - from);
     let ball = Ball::new(0.0);
     let point = moves(&ball, others);
     point.aabb().intersects(&wake.aabb()) && may_meet(&point, &wake)
