@@ -167,7 +167,6 @@ impl Exported {
         })
     }
 
-    /// The drone of a file.
     fn drone(&self, file: &str) -> Option<&DroneNamed> {
         let is_of = |it: &&DroneNamed| it.files.iter().any(|name| name == file);
         self.drones.iter().find(is_of)

@@ -29,7 +29,6 @@ pub(crate) struct JetAt {
     pub(crate) mean_mps: f64,
     /// On the axis at that depth (m/s).
     pub(crate) centreline_mps: f64,
-    /// m.
     pub(crate) half_width_m: f64,
     /// Distance to the axis (m).
     pub(crate) radius_m: f64,

@@ -49,18 +49,16 @@ pub(crate) fn no_plan(py: Python<'_>, why: &NotAPlan) -> PyErr {
         })
     };
     let entries: Vec<Value> = match why {
-        NotAPlan::Field {
-            path,
-            reason,
+        NotAPlan::Fields {
+            faults,
             line,
             column,
-            others,
         } => {
-            let first = entry(format!("`{path}`: {reason}"), Some((*line, *column)));
-            let others = others
-                .iter()
-                .map(|it| entry(format!("`{}`: {}", it.place, it.what), None));
-            std::iter::once(first).chain(others).collect()
+            let told = faults.iter().enumerate().map(|(k, it)| {
+                let at = (k == 0).then_some((*line, *column));
+                entry(format!("`{}`: {}", it.place, it.what), at)
+            });
+            told.collect()
         }
         other => vec![entry(other.to_string(), None)],
     };

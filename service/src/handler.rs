@@ -63,7 +63,6 @@ pub struct Handled {
     pub method: Option<&'static str>,
 }
 
-/// All methods.
 const METHODS: [&str; 6] = ["open", "change", "state", "land_all", "plan", "close"];
 
 /// Why a journal cannot be replayed.
@@ -963,35 +962,21 @@ fn read<T: DeserializeOwned>(value: Value, part: &str, place: &str) -> Result<Pa
 /// A plan that was handed in; what it claims of itself is judged anew.
 fn taken_over(given: &Value) -> Result<planner::Plan, Refusals> {
     let file = plan::file::read(&given.to_string());
-    let file = file.map_err(|error| {
-        let place = "params.plan";
-        let field = |path: &str, reason: &str| {
-            let name = path.rsplit('.').next().unwrap_or(path);
-            let message = format!("`{name}`: {reason}");
-            refusal(Code::Plan, format!("{place}.{path}"), message)
-        };
-        match error {
-            NotAPlan::Field { path, reason, .. } if path == "." => {
-                vec![refusal(Code::Plan, place, reason)]
-            }
-            NotAPlan::Field {
-                path,
-                reason,
-                others,
-                ..
-            } => {
-                let others = others.iter().map(|it| field(&it.place, &it.what));
-                std::iter::once(field(&path, &reason))
-                    .chain(others)
-                    .collect()
-            }
-            other => vec![refusal(Code::Plan, place, other.to_string())],
+    let place = "params.plan";
+    let file = file.map_err(|error| match error {
+        NotAPlan::Fields { faults, .. } => {
+            let told = faults.into_iter().map(|it| match &it.place[..] {
+                "." => refusal(Code::Plan, place, it.what),
+                path => refusal(Code::Plan, format!("{place}.{path}"), it.to_string()),
+            });
+            told.collect()
         }
+        other => vec![refusal(Code::Plan, place, other.to_string())],
     })?;
     let found = planner::verify(&file.plan).violations;
     let wrong = found.iter().take(MOST_TOLD);
     let wrong: Refusals = wrong
-        .map(|it| refusal(Code::NotVerified, "params.plan", it.to_string()))
+        .map(|it| refusal(Code::NotVerified, place, it.to_string()))
         .collect();
     if wrong.is_empty() {
         Ok(file.plan)

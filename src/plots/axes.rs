@@ -115,7 +115,6 @@ impl Chart {
         self.ground(canvas, &solid(INK, 0.8));
     }
 
-    /// All of it in one look.
     pub(super) fn ground(&self, canvas: &mut Canvas, look: &str) {
         let (left, top) = (self.area.left, self.area.top);
         let path = rectangle((left, top), (self.area.right(), self.area.bottom()));
@@ -221,7 +220,6 @@ pub(super) fn mark((x, y): Spot, series: usize, size: f64) -> String {
     polyline(corners.map(|corner| (x + size * corner[0], y + size * corner[1]))) + "z"
 }
 
-/// The look of the marks of one series.
 pub(super) fn mark_look(series: usize, is_hollow: bool) -> String {
     let colour = series_colour(series);
     match is_hollow {

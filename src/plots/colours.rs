@@ -19,7 +19,6 @@ pub(super) const AIR: Colour = Colour(0x2b7bba);
 pub(super) const WORST: Colour = Colour(0xb3243b);
 /// Solids, and their edges.
 pub(super) const SOLID: Colour = Colour(0xc3cad2);
-/// Edges of solids.
 pub(super) const SOLID_EDGE: Colour = Colour(0x7b8794);
 /// Zones with an air limit.
 pub(super) const ZONE: Colour = Colour(0xe8a33d);

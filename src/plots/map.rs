@@ -28,7 +28,6 @@ pub(crate) struct Map<'a> {
     pub(crate) lines: Vec<(&'a str, Vec<[f64; 2]>)>,
 }
 
-/// The figure.
 pub(crate) fn draw(map: &Map<'_>) -> Figure {
     let looks = [
         solid(PAPER, 1.6),

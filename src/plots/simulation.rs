@@ -20,7 +20,6 @@ use crate::report::words::{channel_words, count, joined};
 const SLICES: usize = 6;
 const BINS: usize = 14;
 
-/// A recording and its samples, simulated.
 type Simulated<'a> = (&'a Recording, &'a [Sample]);
 
 /// Every figure that the samples allow, in the order of the report; `scatter_n` of a vehicle:

@@ -20,7 +20,6 @@ pub(crate) struct Placed {
     pub(crate) azimuth_rad: f64,
     /// Depth over the motor distance.
     pub(crate) s_over_l: f64,
-    /// Recorded.
     pub(crate) recorded: f64,
     /// Recorded minus simulated.
     pub(crate) before: f64,

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use planner::Plan;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// The browser's names on Debian and elsewhere.
 const BROWSERS: [&str; 4] = [
@@ -96,6 +96,21 @@ fn browse(folder: &Path, moment_s: f64, name: &str) -> Option<String> {
     dom
 }
 
+/// The page that a subcommand writes of a plan, in the browser; `None`: there is no browser.
+fn browse_plan(command: &str, plan: &Value, moment_s: f64, name: &str) -> Option<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.json");
+    fs::write(&path, plan.to_string()).unwrap();
+    let out = folder.path().join("out");
+    super::succeeds(
+        Command::new(env!("CARGO_BIN_EXE_plan"))
+            .args([command.as_ref(), path.as_os_str()])
+            .arg("--out")
+            .arg(&out),
+    );
+    browse(&out, moment_s, name)
+}
+
 #[test]
 fn the_page_opens_offline_a_click_picks_and_a_seek_moves_to_what_the_plan_says() {
     let folder = tempfile::tempdir().unwrap();
@@ -174,24 +189,13 @@ fn keys_do_what_they_say(dom: &str, plan: &Plan) {
 
 #[test]
 fn the_page_of_a_flight_shows_where_drones_flew() {
-    let folder = tempfile::tempdir().unwrap();
     let plan = json!({
         "format": "plan/1", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 20, 8]},
         "drones": [{"name": "a", "airframe": "kolibri", "trajectory": {
             "t_s": [0, 2, 10, 12], "position_m": [[2, 2, 2], [2, 2, 2], [14, 2, 2], [14, 2, 2]],
         }}],
     });
-    let path = folder.path().join("plan.json");
-    fs::write(&path, plan.to_string()).unwrap();
-    let out = folder.path().join("flown");
-    super::succeeds(
-        Command::new(env!("CARGO_BIN_EXE_plan"))
-            .arg("fly")
-            .arg(&path)
-            .arg("--out")
-            .arg(&out),
-    );
-    let Some(dom) = browse(&out, 3.0, "a") else {
+    let Some(dom) = browse_plan("fly", &plan, 3.0, "a") else {
         return;
     };
     assert_eq!(
@@ -209,24 +213,13 @@ fn the_page_of_a_flight_shows_where_drones_flew() {
 
 #[test]
 fn a_drone_that_leaves_in_the_air_is_not_on_the_ground_when_it_does() {
-    let folder = tempfile::tempdir().unwrap();
     let plan = json!({
         "format": "plan/1", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 20, 8]},
         "drones": [{"name": "a", "airframe": "kolibri", "at_end": "leave", "trajectory": {
             "t_s": [0, 8], "position_m": [[2, 2, 6], [10, 2, 6]],
         }}],
     });
-    let path = folder.path().join("plan.json");
-    fs::write(&path, plan.to_string()).unwrap();
-    let out = folder.path().join("checked");
-    super::succeeds(
-        Command::new(env!("CARGO_BIN_EXE_plan"))
-            .arg("check")
-            .arg(&path)
-            .arg("--out")
-            .arg(&out),
-    );
-    let Some(dom) = browse(&out, 8.0, "a") else {
+    let Some(dom) = browse_plan("check", &plan, 8.0, "a") else {
         return;
     };
     let said = seen(&dom, "said").unwrap();
@@ -238,7 +231,6 @@ fn a_drone_that_leaves_in_the_air_is_not_on_the_ground_when_it_does() {
 
 #[test]
 fn a_drone_that_carries_a_load_is_held_to_the_limit_it_has_with_it() {
-    let folder = tempfile::tempdir().unwrap();
     let plan = json!({
         "format": "plan/1", "scenario": "load", "bounds_m": {"min": [0, 0, 0], "max": [10, 10, 20]},
         "drones": [
@@ -248,17 +240,7 @@ fn a_drone_that_carries_a_load_is_held_to_the_limit_it_has_with_it() {
             }},
         ],
     });
-    let path = folder.path().join("plan.json");
-    fs::write(&path, plan.to_string()).unwrap();
-    let out = folder.path().join("checked");
-    super::succeeds(
-        Command::new(env!("CARGO_BIN_EXE_plan"))
-            .arg("check")
-            .arg(&path)
-            .arg("--out")
-            .arg(&out),
-    );
-    let Some(dom) = browse(&out, 30.0, "k") else {
+    let Some(dom) = browse_plan("check", &plan, 30.0, "k") else {
         return;
     };
     assert_eq!(

@@ -243,7 +243,6 @@ impl Family {
         self.injects.is_empty()
     }
 
-    /// One scene of it.
     pub(super) fn scene(&self, size: Size, random: &mut Draws) -> Scene {
         let mut scene = scene(self.flight, size, random);
         for &effect in self.injects {

@@ -73,7 +73,6 @@ impl Probe {
         }
     }
 
-    /// Where it is (m).
     pub(super) fn position_m(&self, t_s: f64) -> Vector3<f64> {
         let carried = self.carried_by.as_ref();
         self.place_m + carried.map_or_else(Vector3::zeros, |route| route.position_m(t_s))
@@ -106,7 +105,6 @@ pub(super) struct Row {
     mean: f64,
 }
 
-/// One row of a track.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TrackRow {
     pub(super) t_s: f64,

@@ -54,7 +54,6 @@ impl FarWakes {
         self.worst = worst;
     }
 
-    /// Takes it back.
     pub(crate) fn take_back(&mut self, spreads: &[Spread]) {
         self.change(spreads, |_, sum, load| *sum -= load);
     }

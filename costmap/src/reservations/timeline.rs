@@ -171,7 +171,6 @@ impl Timeline {
         index
     }
 
-    /// What has this index.
     #[inline]
     pub(crate) fn item(&self, index: u32) -> &Item {
         &self.items[index as usize]

@@ -313,7 +313,6 @@ impl<'a> Joint<'a> {
 /// A curve at one reading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AtReading<const N: usize> {
-    /// Root of the weight.
     pub(super) root_weight: f64,
     /// Reading minus curve.
     pub(super) residual: f64,
@@ -321,7 +320,6 @@ pub(super) struct AtReading<const N: usize> {
     pub(super) gradient: SVector<f64, N>,
 }
 
-/// A curve as fitted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FittedCurve<const N: usize> {
     pub(super) constants: SVector<f64, N>,

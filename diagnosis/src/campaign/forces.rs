@@ -101,7 +101,6 @@ type Airs = Arc<Vec<Vec<f64>>>;
 /// Forces of a campaign.
 #[derive(Debug)]
 pub(super) struct Forces<'a> {
-    /// All recordings.
     pub(super) recordings: &'a [Recording],
     /// One vehicle in one flight each, in the order of the flights' names.
     pub(super) parts: Vec<VehicleFlight>,
@@ -120,7 +119,6 @@ pub(super) struct Forces<'a> {
     kept: Mutex<VecDeque<((Effects, f64), Airs)>>,
 }
 
-/// One vehicle in one flight.
 #[derive(Clone, Debug)]
 pub(super) struct VehicleFlight {
     /// Which recording, and which of its vehicles.

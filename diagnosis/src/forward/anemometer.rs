@@ -138,7 +138,6 @@ impl Seen {
         }
     }
 
-    /// From one of the moments.
     fn from(&self, moment: usize) -> Option<&[Sighting]> {
         let emitters = self.view.emitters();
         self.sightings

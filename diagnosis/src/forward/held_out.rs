@@ -205,7 +205,6 @@ fn sums(
 /// Sums over rows from which the `R²` of two predictions follow; those of several flights add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct R2Sums {
-    /// Rows.
     pub(crate) rows: f64,
     /// `Σ F`, `F` as recorded.
     recorded: f64,

@@ -26,7 +26,6 @@ pub struct Gain {
     pub total: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Of every block.
     by_block: Vec<f64>,
 }
 

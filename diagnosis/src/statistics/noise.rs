@@ -310,7 +310,6 @@ pub struct Whitener {
     shared: Vec<Shared>,
 }
 
-/// One step of the filter.
 #[derive(Clone, Copy, Debug)]
 struct FilterStep {
     at: usize,

@@ -34,7 +34,6 @@ const ABOVE_HOME: u8 = 3;
 /// `MAV_AUTOPILOT_PX4`, `MAV_TYPE_QUADROTOR`.
 const FIRMWARE_AND_VEHICLE: (u8, u8) = (12, 2);
 
-/// One item.
 #[derive(Clone, Copy)]
 struct Item {
     command: u16,

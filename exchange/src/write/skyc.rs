@@ -85,7 +85,6 @@ pub fn file(show: &Show<'_>, courses: &[Course]) -> ZipResult<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// The files that a value refers to.
 fn refers_to(value: &Value, files: &mut BTreeSet<String>) {
     match value {
         Value::Object(fields) => {

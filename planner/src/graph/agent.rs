@@ -18,7 +18,6 @@ use crate::plan::trajectory::SAME_PLACE_M;
 pub(crate) struct Agent {
     /// Who.
     pub(crate) drone: DroneId,
-    /// Where it starts.
     pub(crate) start: Vertex,
     /// When: its legs begin then.
     pub(crate) departs: Tick,

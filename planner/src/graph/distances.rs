@@ -70,7 +70,6 @@ impl Distances {
         }
     }
 
-    /// The goal.
     pub(crate) fn goal(&self) -> Vertex {
         self.goal
     }

@@ -186,7 +186,6 @@ impl Lattice {
             .then(|| steps[0] as u32 + nx as u32 * (steps[1] as u32 + ny as u32 * steps[2] as u32))
     }
 
-    /// Where a place is (m).
     pub(crate) fn position_m(&self, place: u32) -> Point3<f64> {
         let [i, j, k] = self.steps(place).map(|step| step as usize);
         Point3::new(self.along_m[0][i], self.along_m[1][j], self.along_m[2][k])

@@ -143,7 +143,6 @@ impl Roadmap {
         vertex as usize >= self.lattice.place_count()
     }
 
-    /// Where a vertex is (m).
     pub(crate) fn position_m(&self, vertex: Vertex) -> Point3<f64> {
         match (vertex as usize).checked_sub(self.lattice.place_count()) {
             Some(stop) => self.places_m[stop],

@@ -277,7 +277,6 @@ impl Places<'_> {
         &self.legs[self.leg]
     }
 
-    /// m.
     fn at_m(&mut self, at: Tick) -> Point3<f64> {
         let lead = self.smoothing.lead_ticks();
         let mut at_m = self.leg_at(at).position_m(at);

@@ -13,7 +13,7 @@ use serde::de::{Deserializer, Error as _, IgnoredAny, MapAccess, Visitor, value}
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::form::{self, FieldFault};
+use crate::form::{self, FieldFault, FieldFaultKind};
 
 use super::limits::DefaultLimits;
 use super::trajectory::{SAME_PLACE_M, Tail, Trajectory};
@@ -53,19 +53,16 @@ impl PlanFile {
 /// Why a text is no plan that can be judged.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum NotAPlan {
-    /// Not JSON, or a field that is missing, unknown or of another kind.
-    #[error("`{path}`: {reason} at line {line} column {column}{}", told(.others))]
-    Field {
-        /// Where: `drones[3].trajectory.t_s`; `.`: the whole.
-        path: String,
-        /// What it may be, and what it is.
-        reason: String,
-        /// Where in the text, from 1.
+    /// Not JSON, or fields that are missing, unknown or of another kind.
+    #[error("{}", told(.faults, (*line, *column)))]
+    Fields {
+        /// The one at which it cannot be read, then others that are not as the schema says; at `.`:
+        /// the whole.
+        faults: Vec<FieldFault>,
+        /// Where in the text the first is, from 1.
         line: usize,
         /// Where in the line, from 1.
         column: usize,
-        /// What else is not as the schema says.
-        others: Vec<FieldFault>,
     },
     /// Another format.
     #[error("`format` is \"{0}\", this program reads \"{FORMAT}\" and \"{FORMAT_BEFORE}\"")]
@@ -219,48 +216,51 @@ fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
     let value = serde_path_to_error::deserialize(&mut *json).map_err(|error| {
         let path = error.path().to_string();
         let error = error.inner();
-        let mut others = faults(text);
+        let mut faults = faults(text);
         // What was found is what stands there, or something in it, or the whole is no object.
         let below = path.strip_suffix('.').unwrap_or(&path);
         let is_it = |it: &FieldFault| it.place.is_empty() || it.place.starts_with(below);
-        match others.iter().position(is_it) {
-            Some(first) => {
-                let fault = others.remove(first);
-                NotAPlan::field(fault.place, fault.what, error, others)
-            }
-            None => NotAPlan::field(path, error.to_string(), error, others),
+        match faults.iter().position(is_it) {
+            Some(first) => faults[..=first].rotate_right(1),
+            None => faults.insert(0, unread(path, error)),
         }
+        NotAPlan::at(error, faults)
     })?;
     let end = json.end();
-    end.map_err(|error| NotAPlan::field(".".to_owned(), error.to_string(), &error, Vec::new()))?;
+    end.map_err(|error| NotAPlan::at(&error, vec![unread(String::new(), &error)]))?;
     Ok(value)
 }
 
-/// Other fields, a line each.
-fn told(others: &[FieldFault]) -> String {
-    let told = others
-        .iter()
-        .map(|it| format!("\n  `{}`: {}", it.place, it.what));
+/// A field at fault where the schema finds none.
+fn unread(place: String, error: &serde_json::Error) -> FieldFault {
+    let what = error.to_string();
+    let at = format!(" at line {} column {}", error.line(), error.column());
+    FieldFault {
+        name: place.rsplit('.').next().unwrap_or_default().to_owned(),
+        place,
+        kind: FieldFaultKind::Kind,
+        what: what.strip_suffix(&at).unwrap_or(&what).to_owned(),
+    }
+}
+
+/// Fields at fault, a line each, the first with its line and column.
+fn told(faults: &[FieldFault], (line, column): (usize, usize)) -> String {
+    let told = faults.iter().enumerate().map(|(k, it)| match k {
+        0 => format!("`{}`: {} at line {line} column {column}", it.place, it.what),
+        _ => format!("\n  `{}`: {}", it.place, it.what),
+    });
     told.collect()
 }
 
 impl NotAPlan {
-    fn field(
-        path: String,
-        what: String,
-        error: &serde_json::Error,
-        others: Vec<FieldFault>,
-    ) -> NotAPlan {
-        let (line, column) = (error.line(), error.column());
-        let place = format!(" at line {line} column {column}");
-        let reason = what.strip_suffix(&place).unwrap_or(&what).to_owned();
-        let path = if path.is_empty() { "." } else { &path };
-        NotAPlan::Field {
-            path: path.to_owned(),
-            reason,
-            line,
-            column,
-            others,
+    fn at(error: &serde_json::Error, mut faults: Vec<FieldFault>) -> NotAPlan {
+        if let Some(whole) = faults.first_mut().filter(|it| it.place.is_empty()) {
+            ".".clone_into(&mut whole.place);
+        }
+        NotAPlan::Fields {
+            faults,
+            line: error.line(),
+            column: error.column(),
         }
     }
 }

@@ -63,7 +63,9 @@ use crate::scenario::placement::landing_place_m;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, PathMotion, Task, World};
 use crate::sipp::conflicts::Steps;
-use crate::solver::assemble::{blank, fleet, rounded, stay_until, write_arrival, write_legs};
+use crate::solver::assemble::{
+    blank, fleet, rounded, stay_until_arrival, write_arrival, write_legs,
+};
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
@@ -428,8 +430,7 @@ impl Running {
                 write_legs(entry, &track.agent, &track.legs, |leg| {
                     kinds.mass_kg(leg.kind)
                 });
-                stay_until(&mut entry.trajectory, entry.arrives_s);
-                entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
+                stay_until_arrival(entry);
                 let left = track.agent.waypoints.len();
                 let tasks = &mut self.world.drones[index].tasks;
                 tasks.drain(..tasks.len().saturating_sub(left));
@@ -1437,8 +1438,7 @@ impl Turn<'_> {
                         told.refused.push(out);
                     }
                     if !track.is_fixed {
-                        stay_until(&mut entry.trajectory, entry.arrives_s);
-                        entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
+                        stay_until_arrival(entry);
                     }
                     if cause == Some(Cause::Retasked) && !stops {
                         continue;

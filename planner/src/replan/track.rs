@@ -51,7 +51,6 @@ pub(super) enum State {
         begun: Vec<Leg>,
         /// When it can go on otherwise.
         departs: Tick,
-        /// Where that is.
         at_m: Point3<f64>,
         /// It stands on the ground.
         grounded: bool,

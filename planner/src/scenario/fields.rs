@@ -40,7 +40,6 @@ pub(super) struct Record<'t> {
 pub(super) struct Field<'r, 't> {
     /// As typed.
     pub(super) value: Value<'t>,
-    /// Its key.
     pub(super) key: &'static str,
     /// Whose: "drone `k1`".
     pub(super) who: &'r str,

@@ -70,7 +70,6 @@ pub(super) fn around<'p>(
     (min_m, max_m)
 }
 
-/// Reads the text of a fleet's file.
 pub(super) fn read_fleet(text: &str) -> FleetFile {
     let mut spoilt = Vec::new();
     let (fleet, problems) = whole(text, |reader, value| fleet_of(reader, value, &mut spoilt));

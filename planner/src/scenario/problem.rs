@@ -110,7 +110,6 @@ impl<P: fmt::Debug + fmt::Display> std::ops::Deref for Problems<P> {
     }
 }
 
-/// One line for each.
 fn lines<P: fmt::Display>(problems: &[P]) -> String {
     let lines: Vec<String> = problems.iter().map(P::to_string).collect();
     lines.join("\n")

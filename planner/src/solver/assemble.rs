@@ -7,7 +7,7 @@ use nalgebra::Point3;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::UNREACHABLE;
-use crate::plan::file::TIME_S;
+use crate::plan::file::{TIME_S, arrival_s};
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S};
 use crate::plan::{AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
 use crate::scenario::solid::TOUCHING_M;
@@ -166,9 +166,15 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
+/// Lets a drone's trajectory last until it arrives as stated, which is at a break point then.
+pub(crate) fn stay_until_arrival(entry: &mut DronePlan) {
+    stay_until(&mut entry.trajectory, entry.arrives_s);
+    entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
+}
+
 /// Lets a trajectory last until the end of its last dwell (s), and have a break point there where
 /// it stands on.
-pub(crate) fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
+fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
     let last = entry
         .t_s
         .last()

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::scenario::world::{Drone, World};
+use crate::scenario::world::World;
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::checks::obstacle::TOUCH_M;
 use crate::verify::checks::zone::Downwash;
@@ -71,9 +71,7 @@ const KINDS: [EndpointKind; 3] = [
 pub(crate) struct Excluded {
     /// Who suffers: index in the world's drones.
     pub(crate) drone: usize,
-    /// From what.
     pub(crate) blocker: Blocker,
-    /// How.
     pub(crate) why: Exclusion,
     /// Of tasks: which, and when.
     pub(crate) meeting: Option<Meeting>,
@@ -135,22 +133,13 @@ impl Exclusions {
         if *more > 0 || worst.len() <= MOST_ALONE {
             return;
         }
-        let moved = |times: f64| {
-            let mut moved = world.clone();
-            for it in worst.iter() {
-                let from_m = from_m(world, it);
-                let to_m = from_m + times * (it.nearest_fix_m? - from_m);
-                *place_of(&mut moved.drones[it.drone], it) = typed_m(to_m);
-            }
-            Some(moved)
-        };
-        let mut moved = FARTHER.into_iter().filter_map(moved);
-        let planned = moved.find(|moved| moved.check().is_ok() && is_planned(moved));
-        let Some(mut planned) = planned else {
+        let all: Vec<&EndpointConflict> = worst.iter().collect();
+        let moves = nearest_m(&all).into_iter().flat_map(farther);
+        let Some(planned) = moved(world, &all, moves, is_planned) else {
             return;
         };
         for it in worst {
-            it.nearest_fix_m = Some(*place_of(&mut planned.drones[it.drone], it));
+            it.nearest_fix_m = Some(from_m(&planned, it));
         }
         self.is_planned_together = true;
     }
@@ -176,25 +165,15 @@ impl Exclusions {
         };
         let drones: BTreeSet<usize> = worst.iter().map(|it| it.drone).collect();
         let together = drones.into_iter().filter_map(|drone| {
-            let places = places(drone);
-            let moved = |times: f64| {
-                let mut moved = world.clone();
-                for it in places.values() {
-                    let from_m = from_m(world, it);
-                    let to_m = from_m + times * (it.nearest_fix_m? - from_m);
-                    *place_of(&mut moved.drones[drone], it) = typed_m(to_m);
-                }
-                Some(moved)
-            };
-            let is_asked = places.len() > 1;
-            let moved = FARTHER.into_iter().filter(|_| is_asked).filter_map(moved);
-            let planned = { moved }.find(|moved| moved.check().is_ok() && is_planned(moved));
-            Some((drone, planned?))
+            let own: Vec<&EndpointConflict> = places(drone).into_values().collect();
+            let to_m = nearest_m(&own).filter(|to_m| to_m.len() > 1);
+            let moves = to_m.into_iter().flat_map(farther);
+            Some((drone, moved(world, &own, moves, &is_planned)?))
         });
-        let mut together: BTreeMap<usize, World> = together.collect();
+        let together: BTreeMap<usize, World> = together.collect();
         for conflict in worst.iter_mut().filter(|it| !starts(it)) {
-            conflict.nearest_fix_m = match together.get_mut(&conflict.drone) {
-                Some(moved) => Some(*place_of(&mut moved.drones[conflict.drone], conflict)),
+            conflict.nearest_fix_m = match together.get(&conflict.drone) {
+                Some(moved) => Some(from_m(moved, conflict)),
                 None => planned_m(conflict),
             };
         }
@@ -250,42 +229,62 @@ impl Exclusions {
     /// those nearest in one direction, or as many times as far.
     pub(crate) fn confirm_moves(&mut self, world: &World, is_planned: impl Fn(&World) -> bool) {
         let EndpointConflicts { worst, more } = &mut self.conflicts;
-        let moves = worst.iter().map(|it| it.nearest_fix_m);
-        let moves: Option<Vec<Point3<f64>>> = moves.collect();
-        worst.iter_mut().for_each(|it| it.nearest_fix_m = None);
-        let Some(nearest_m) = moves.filter(|_| *more == 0) else {
-            return;
-        };
-        let moved = |(to_m, times): (Vec<Point3<f64>>, f64)| {
-            let mut moved = world.clone();
-            for (conflict, to_m) in worst.iter().zip(&to_m) {
-                let from_m = from_m(world, conflict);
-                let to_m = from_m + times * (to_m - from_m);
-                *place_of(&mut moved.drones[conflict.drone], conflict) = typed_m(to_m);
-            }
-            moved
-        };
-        // Where the nearest do, no others are looked for.
-        let others = std::iter::once_with(|| other_moves(world, worst, &nearest_m)).flatten();
-        let mut tried = std::iter::once((nearest_m.clone(), 1.0))
-            .chain(others)
-            .take(MOST_MOVES)
-            .map(moved);
-        let planned = tried.find(|moved| moved.check().is_ok() && is_planned(moved));
-        if let Some(mut planned) = planned {
-            for conflict in worst {
-                let drone = &mut planned.drones[conflict.drone];
-                conflict.nearest_fix_m = Some(*place_of(drone, conflict));
-            }
+        let all: Vec<&EndpointConflict> = worst.iter().collect();
+        let planned = nearest_m(&all).filter(|_| *more == 0).and_then(|to_m| {
+            // Where the nearest do, no others are looked for.
+            let others = std::iter::once_with(|| other_moves(world, &all, &to_m)).flatten();
+            let moves = std::iter::once((to_m.clone(), 1.0)).chain(others);
+            moved(world, &all, moves.take(MOST_MOVES), is_planned)
+        });
+        for conflict in worst {
+            conflict.nearest_fix_m = planned.as_ref().map(|it| from_m(it, conflict));
         }
     }
+}
+
+/// The places that are proposed for some conflicts (m), if there is one for each.
+fn nearest_m(conflicts: &[&EndpointConflict]) -> Option<Vec<Point3<f64>>> {
+    conflicts.iter().map(|it| it.nearest_fix_m).collect()
+}
+
+/// The same places (m), so many times as far.
+fn farther(to_m: Vec<Point3<f64>>) -> [(Vec<Point3<f64>>, f64); 3] {
+    FARTHER.map(|times| (to_m.clone(), times))
+}
+
+/// The world after the first of some `moves` of all drones in some conflicts with which it is in
+/// order and `is_planned`: each to a place (m), or as many times as far.
+fn moved(
+    world: &World,
+    conflicts: &[&EndpointConflict],
+    moves: impl Iterator<Item = (Vec<Point3<f64>>, f64)>,
+    is_planned: impl Fn(&World) -> bool,
+) -> Option<World> {
+    let moved = |(to_m, times): (Vec<Point3<f64>>, f64)| {
+        let mut moved = world.clone();
+        for (conflict, to_m) in conflicts.iter().zip(&to_m) {
+            let from_m = from_m(world, conflict);
+            let to_m = from_m + times * (to_m - from_m);
+            let drone = &mut moved.drones[conflict.drone];
+            let place_m = match conflict.task_of(drone.tasks.len()) {
+                Some(task) => &mut drone.tasks[task].to_m,
+                None => &mut drone.start_m,
+            };
+            // To the centimetre: it is typed back.
+            *place_m = to_m.map(|at_m| (at_m * 100.0).round() / 100.0);
+        }
+        moved
+    };
+    { moves }
+        .map(moved)
+        .find(|moved| moved.check().is_ok() && is_planned(moved))
 }
 
 /// Where else (m) those in conflicts may go, and how many times as far, when it does not do that
 /// they go to the `nearest`; the nearest of all first.
 fn other_moves(
     world: &World,
-    conflicts: &[EndpointConflict],
+    conflicts: &[&EndpointConflict],
     nearest_m: &[Point3<f64>],
 ) -> Vec<(Vec<Point3<f64>>, f64)> {
     let (judge, mut cache) = EndpointJudge::new(world);
@@ -319,7 +318,6 @@ fn other_moves(
             moves.push(to_m);
         }
     }
-    let farther = |to_m: Vec<Point3<f64>>| FARTHER.map(|times| (to_m.clone(), times));
     let mut moves: Vec<_> = moves.into_iter().flat_map(farther).skip(1).collect();
     let far_m = |(to_m, times): &(Vec<Point3<f64>>, f64)| {
         let each_m = conflicts.iter().zip(to_m);
@@ -330,25 +328,12 @@ fn other_moves(
     moves
 }
 
-/// To the centimetre: it is typed back (m).
-fn typed_m(to_m: Point3<f64>) -> Point3<f64> {
-    to_m.map(|at_m| (at_m * 100.0).round() / 100.0)
-}
-
 /// Where the drone is that suffers (m), in a world as it is.
 fn from_m(world: &World, conflict: &EndpointConflict) -> Point3<f64> {
     let drone = &world.drones[conflict.drone];
     match conflict.task_of(drone.tasks.len()) {
         Some(task) => drone.tasks[task].to_m,
         None => drone.start_m,
-    }
-}
-
-/// Where the drone is that suffers (m).
-fn place_of<'a>(drone: &'a mut Drone, conflict: &EndpointConflict) -> &'a mut Point3<f64> {
-    match conflict.task_of(drone.tasks.len()) {
-        Some(task) => &mut drone.tasks[task].to_m,
-        None => &mut drone.start_m,
     }
 }
 

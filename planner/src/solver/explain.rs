@@ -94,7 +94,6 @@ pub(crate) struct Refusals<'a> {
     pub(crate) job: &'a Job,
     /// As they are in the end.
     pub(crate) paths: &'a Paths,
-    /// Of endpoints.
     pub(crate) endpoints: &'a Exclusions,
     /// What was tried again.
     pub(crate) tried: &'a [Retried],

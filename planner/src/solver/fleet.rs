@@ -61,10 +61,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         notes.push(said);
     }
     run.endpoints.advise(world);
-    run.endpoints
-        .confirm_tracking(|tracking_m| trials.is_planned_with(world, tracking_m));
-    run.endpoints
-        .confirm_limits(world, |raised| trials.is_planned(raised));
+    trials.confirm(&mut run.endpoints, world);
     run.endpoints
         .confirm_together(world, |moved| trials.is_planned(moved));
     let failures = failures(&Refusals {
@@ -192,8 +189,7 @@ pub(crate) fn by_open_rules<'a>(
             if endpoints.conflicts.more == 0 {
                 endpoints.advise(world);
             }
-            endpoints.confirm_tracking(|tracking_m| trials.is_planned_with(world, tracking_m));
-            endpoints.confirm_limits(world, |raised| trials.is_planned(raised));
+            trials.confirm(&mut endpoints, world);
             endpoints.confirm_moves(world, |moved| trials.is_planned(moved));
             Err(endpoints.conflicts)
         }
@@ -295,11 +291,14 @@ impl<'a> Trials<'a> {
         tried.is_some_and(|paths| paths.unplanned.is_empty())
     }
 
-    /// The same with a smaller tracking margin (m).
-    fn is_planned_with(&self, world: &World, tracking_m: f64) -> bool {
-        let mut changed = world.clone();
-        changed.planning.margins.tracking_m = tracking_m;
-        tracking_m < world.planning.margins.tracking_m && self.is_planned(&changed)
+    /// Leaves of the smaller margins and higher limits that are proposed those that would help.
+    fn confirm(&self, endpoints: &mut Exclusions, world: &World) {
+        endpoints.confirm_tracking(|tracking_m| {
+            let mut changed = world.clone();
+            changed.planning.margins.tracking_m = tracking_m;
+            tracking_m < world.planning.margins.tracking_m && self.is_planned(&changed)
+        });
+        endpoints.confirm_limits(world, |raised| self.is_planned(raised));
     }
 }
 

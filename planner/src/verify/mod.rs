@@ -205,7 +205,6 @@ pub(crate) fn verify_drones(plan: &Plan) -> Report {
 /// What was found of one flight.
 #[derive(Debug)]
 struct Judgement {
-    /// Violations by it.
     found: Vec<Violation>,
     /// How many more there are.
     untold: usize,

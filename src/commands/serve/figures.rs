@@ -21,7 +21,6 @@ pub(super) const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0
 /// Names and values of a sample.
 type Labels = Vec<(&'static str, String)>;
 
-/// All figures.
 pub(super) struct Figures {
     registry: Registry,
     began: Instant,

@@ -132,7 +132,7 @@ fn all_fields_of_a_plan_that_are_wrong_are_told_at_once() {
 #[test]
 fn what_cannot_be_judged_is_refused_with_its_field() {
     let field = |text: &str| match read(text) {
-        Err(NotAPlan::Field { path, .. }) => path,
+        Err(NotAPlan::Fields { faults, .. }) => faults[0].place.clone(),
         Err(other) => other.to_string(),
         Ok(_) => "read".to_owned(),
     };

@@ -12,7 +12,6 @@ pub(crate) struct Noise {
     pub(crate) white: f64,
     /// Turbulence over the local mean, as the instrument sees it.
     pub(crate) turbulence: f64,
-    /// Memory of that (s).
     pub(crate) memory_s: f64,
     /// Whether the white part has the tails of Student's law with four degrees of freedom.
     pub(crate) is_heavy: bool,
@@ -60,7 +59,6 @@ pub(crate) struct Seen {
     pub(crate) t_s: f64,
     /// True minus simulated.
     pub(crate) difference: f64,
-    /// Simulated.
     pub(crate) simulated: f64,
     /// Local mean that turbulence scales with.
     pub(crate) mean: f64,

@@ -65,7 +65,6 @@ impl Route {
         });
     }
 
-    /// Stays where it is.
     pub(crate) fn stay(&mut self, seconds: f64) {
         if let Some(&knot) = self.knots.last() {
             self.knots.push(Knot {
@@ -138,7 +137,6 @@ impl Route {
         }
     }
 
-    /// Position (m).
     pub(crate) fn position_m(&self, t_s: f64) -> Vector3<f64> {
         let mut place_m = self.knot(t_s).place_m;
         for (axis, sways) in self.sways.iter().enumerate() {

@@ -63,7 +63,6 @@ pub(super) struct Conventions {
     pub(super) floor_z_m: Option<f64>,
     /// Logged height (m) below which the vehicle stands on the floor or touches it.
     pub(super) touch_z_m: Option<f64>,
-    /// Tilt (rad) that is a crash.
     pub(super) crash_tilt_rad: f64,
 }
 

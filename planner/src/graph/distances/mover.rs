@@ -21,7 +21,6 @@ pub(crate) struct Speeds {
 }
 
 impl Speeds {
-    /// Of a vehicle.
     pub(crate) fn of(vehicle: &Vehicle) -> Speeds {
         Speeds {
             along_mps: vehicle.max_speed_mps,

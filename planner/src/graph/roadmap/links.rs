@@ -145,7 +145,6 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// Where a vertex is (m).
     fn place_m(&self, vertex: Vertex) -> Point3<f64> {
         let lattice = self.survey.lattice;
         match (vertex as usize).checked_sub(lattice.place_count()) {

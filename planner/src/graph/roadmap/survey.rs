@@ -15,7 +15,6 @@ pub(super) const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
 /// A straight edge between two places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Edge {
-    /// m.
     pub(crate) length_m: f32,
     /// Upwards (m).
     pub(crate) rise_m: f32,
@@ -49,7 +48,6 @@ pub(super) fn is_wide(clearance_m: f32, radius_m: f64) -> bool {
 /// A place beyond the lattice that a drone must be able to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stop {
-    /// m.
     pub(crate) point_m: Point3<f64>,
     /// Radius of the ball that must stay clear on the edges from and to here (m).
     pub(crate) radius_m: f64,

@@ -467,7 +467,6 @@ fn off_chord_m(&[a, b, c, d]: &[Vector3<f64>; 4]) -> f64 {
 /// A motion over a window of time as seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelPath {
-    /// Where it begins (m, x and y).
     begin_m: Vector2<f64>,
     /// From its begin to its end (m).
     along_m: Vector2<f64>,

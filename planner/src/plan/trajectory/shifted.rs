@@ -298,7 +298,6 @@ pub struct LevelRegion {
 /// From one corner of a region to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Edge {
-    /// m.
     from_m: Vector2<f64>,
     /// To the next (m).
     along_m: Vector2<f64>,

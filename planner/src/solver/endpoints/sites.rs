@@ -397,7 +397,6 @@ impl Sites {
         &self.sites
     }
 
-    /// The site of one drone, at one of its tasks.
     pub(super) fn of(&self, drone: usize, task: Option<usize>) -> Option<&Site> {
         let sites = &self.sites;
         let at = sites.binary_search_by_key(&(drone, task), |site| (site.drone, site.task));

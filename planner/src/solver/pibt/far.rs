@@ -16,7 +16,6 @@ pub(super) enum Far {
         goals: Vec<[i32; 3]>,
         /// From there to the goal.
         beside: u32,
-        /// Which layer.
         layer: i32,
     },
     /// By place.

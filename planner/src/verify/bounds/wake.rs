@@ -298,7 +298,6 @@ fn reaches(wake: &Wake) -> Arc<[f64]> {
     table.iter().map(|reach_m| 1.02 * reach_m).collect()
 }
 
-/// The air of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PlanAir {
     density_kg_per_m3: f64,

@@ -59,7 +59,6 @@ pub struct DroneExposure {
 struct Moment {
     /// Index in the windows.
     window: usize,
-    /// s.
     t_s: f64,
     /// Mean air over the receiver's discs (m/s).
     mean_mps: f64,

@@ -39,7 +39,6 @@ const PAD_M: f64 = 0.5;
 struct Rule<'a> {
     /// What breaks it.
     kind: ViolationKind,
-    /// Which solid.
     solid: &'a NamedSolid,
     /// From it to the rotor-plane centre, standing and flying (m).
     allowed_m: [f64; 2],
@@ -49,7 +48,6 @@ struct Rule<'a> {
 
 /// When the body breaks a rule.
 struct Inside<'a> {
-    /// Which.
     rule: Rule<'a>,
     /// In order of time (s).
     spans_s: Vec<Span>,

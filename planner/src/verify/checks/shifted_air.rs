@@ -173,7 +173,6 @@ impl Along {
         }
     }
 
-    /// That of a moment (s).
     fn of_s(self, moment: &Moment) -> f64 {
         match self {
             Along::Shift => {
@@ -193,7 +192,6 @@ impl Along {
         }
     }
 
-    /// A part in two.
     fn in_two(self, mut part: Subdomain) -> [Subdomain; 2] {
         let (low_s, high_s) = *self.range(&mut part);
         let middle_s = 0.5 * (low_s + high_s);
@@ -444,7 +442,6 @@ impl<K: Ord + Copy, T> Queue<K, T> {
         self.items[index].take().map(|item| (key, item))
     }
 
-    /// The key of the next.
     fn next_key(&self) -> Option<K> {
         self.keys.peek().map(|it| it.0)
     }

@@ -81,7 +81,6 @@ pub(super) struct Pair<'a> {
     pub(super) scene: &'a Scene<'a>,
     /// Whose clock times are told on.
     pub(super) one: &'a Flight,
-    /// The other.
     pub(super) other: &'a Flight,
     /// By how much the other's clock may be ahead, at least and at most (s).
     pub(super) shift_s: Span,
