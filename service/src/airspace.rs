@@ -20,10 +20,11 @@
 //! nothing is planned within reach of that any more until it is heard again, but to land there or
 //! to go away from it.
 //!
-//! In this order: `message`, what neighbours say to one another; [`Neighbours`], how it gets there;
-//! `site`, the areas and what is near them; `neighbourhood`, what a planner knows of its
-//! neighbours, and whether what they say can be; `area`, one planner; `traffic`, for tests and
-//! measurements. Nothing here reads a clock: the caller says how late it is, by the site's clock.
+//! In this order: `message`, what neighbours say to one another; [`Neighbours`], how it gets there,
+//! with one implementation within a process; `site`, the areas and what is near them;
+//! `neighbourhood`, what a planner knows of its neighbours, and whether what they say can be;
+//! `area`, one planner; `traffic`, for tests and measurements. Nothing here reads a clock: the
+//! caller says how late it is, by the site's clock.
 
 pub mod message;
 pub mod traffic;
@@ -32,6 +33,9 @@ mod area;
 mod neighbourhood;
 mod refused;
 mod site;
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +51,80 @@ pub trait Neighbours {
     fn send(&mut self, message: &Message);
     /// What has come since it was asked last.
     fn received(&mut self) -> Vec<Message>;
+}
+
+/// Planners of one process. A copy is the same place to meet.
+#[derive(Clone, Debug, Default)]
+pub struct InProcess {
+    shared: Arc<Mutex<Shared>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    /// By the name of the area that is to get them.
+    waiting: BTreeMap<String, VecDeque<Message>>,
+    /// Areas that no message gets to or comes from.
+    cut_off: BTreeSet<String>,
+    sent: u64,
+}
+
+/// One planner's place in a process.
+#[derive(Clone, Debug)]
+pub struct Seat {
+    area: String,
+    all: InProcess,
+}
+
+impl InProcess {
+    /// The place of an area's planner.
+    pub fn seat(&self, area: &str) -> Seat {
+        Seat {
+            area: area.to_owned(),
+            all: self.clone(),
+        }
+    }
+
+    /// Lets no message to an area through, nor one from it, or lets them through again. What was
+    /// under way is lost.
+    pub fn cut_off(&self, area: &str, is_cut_off: bool) {
+        self.with(|shared| {
+            shared.waiting.remove(area);
+            match is_cut_off {
+                true => shared.cut_off.insert(area.to_owned()),
+                false => shared.cut_off.remove(area),
+            };
+        });
+    }
+
+    /// How many messages were sent.
+    pub fn sent(&self) -> u64 {
+        self.with(|shared| shared.sent)
+    }
+
+    fn with<T>(&self, what: impl FnOnce(&mut Shared) -> T) -> T {
+        // A panic of another thread leaves whole messages.
+        what(&mut self.shared.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Neighbours for Seat {
+    fn send(&mut self, message: &Message) {
+        self.all.with(|shared| {
+            shared.sent += 1;
+            let ends = [&message.from, &message.to];
+            if ends.iter().all(|it| !shared.cut_off.contains(*it)) {
+                let waiting = shared.waiting.entry(message.to.clone()).or_default();
+                waiting.push_back(message.clone());
+            }
+        });
+    }
+
+    fn received(&mut self) -> Vec<Message> {
+        self.all.with(|shared| {
+            let waiting = shared.waiting.remove(&self.area);
+            waiting.unwrap_or_default().into()
+        })
+    }
 }
 
 /// What a journal keeps of one area's planner: replayed in their order they give the same plan.

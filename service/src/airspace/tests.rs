@@ -5,14 +5,14 @@
 
 mod heard;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use planner::plan::{AtEnd, Bounds, DronePlan};
 use planner::{Control, Plan};
 
 use super::message::{Message, Offer, Says};
 use super::traffic::{Grid, Traffic};
-use super::{Area, Record, Refused, Site};
+use super::{Area, InProcess, Neighbours, Record, Refused, Seat, Site};
 use crate::message::{Late, OneChange, Retask, Task};
 
 /// Between two looks at what has come (s).
@@ -21,6 +21,7 @@ const STEP_S: f64 = 0.1;
 struct Planner {
     area: Area,
     traffic: Traffic,
+    seat: Seat,
     journal: Vec<Record>,
 }
 
@@ -35,20 +36,18 @@ fn area(grid: &Grid, site: &Site, name: &str) -> Area {
 struct Run {
     grid: Grid,
     site: Site,
-    /// Messages under way, by the area that is to get them.
-    waiting: BTreeMap<String, Vec<Message>>,
-    /// Areas that no message gets to or comes from.
-    cut_off: BTreeSet<String>,
+    air: InProcess,
     planners: BTreeMap<String, Planner>,
     now_s: f64,
 }
 
 impl Run {
     fn new(grid: Grid, crossing: usize) -> Run {
-        let site = grid.site(0.5);
+        let (site, air) = (grid.site(0.5), InProcess::default());
         let planner = |name: &String| Planner {
             area: area(&grid, &site, name),
             traffic: Traffic::new(grid, name, crossing),
+            seat: air.seat(name),
             journal: Vec::new(),
         };
         let planners = site.areas.keys().map(|name| (name.clone(), planner(name)));
@@ -56,16 +55,15 @@ impl Run {
             planners: planners.collect(),
             grid,
             site,
-            waiting: BTreeMap::new(),
-            cut_off: BTreeSet::new(),
+            air,
             now_s: 0.0,
         }
     }
 
     fn step(&mut self, has_traffic: bool) {
         self.now_s += STEP_S;
-        for (name, it) in &mut self.planners {
-            for message in self.waiting.remove(name).unwrap_or_default() {
+        for it in self.planners.values_mut() {
+            for message in it.seat.received() {
                 it.area.receive(self.now_s, &message);
             }
             it.area.tick(self.now_s);
@@ -74,11 +72,7 @@ impl Run {
             }
             it.journal.extend(it.area.take_records());
             for message in it.area.take_messages() {
-                let ends = [&message.from, &message.to];
-                if ends.iter().all(|it| !self.cut_off.contains(*it)) {
-                    let waiting = self.waiting.entry(message.to.clone()).or_default();
-                    waiting.push(message);
-                }
+                it.seat.send(&message);
             }
         }
     }
@@ -201,8 +195,7 @@ fn a_planner_that_is_killed_goes_on_from_its_journal() {
 fn a_planner_that_is_cut_off_flies_on_and_nothing_is_changed_near_it() {
     let mut run = Run::new(SMALL, 60);
     run.run(10.0);
-    run.waiting.remove("a1-0");
-    run.cut_off.insert("a1-0".to_owned());
+    run.air.cut_off("a1-0", true);
     run.run(10.0);
     let silent = |run: &Run| {
         let refused = run
@@ -212,7 +205,7 @@ fn a_planner_that_is_cut_off_flies_on_and_nothing_is_changed_near_it() {
         refused.map(|it| it.copied().unwrap_or(0)).sum::<u64>()
     };
     assert!(silent(&run) > 0);
-    run.cut_off.clear();
+    run.air.cut_off("a1-0", false);
     run.run(3.0);
     let (before, taken) = (silent(&run), run.taken());
     run.run(12.0);
