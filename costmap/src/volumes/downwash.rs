@@ -147,8 +147,8 @@ impl Section {
             .is_some_and(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
     }
 
-    /// Placed below a rotor centre (m, world); `None` unless its lengths are finite and none of them
-    /// negative.
+    /// Placed below a rotor centre (m, world); `None` unless its lengths are finite and none of
+    /// them negative.
     pub fn hung(&self, rotor_centre_m: Point3<f64>) -> Option<Placed> {
         let depth_m = f64::midpoint(self.from_depth_m, self.to_depth_m);
         let frustum = Frustum::new(self.height_m(), self.from_radius_m, self.to_radius_m);
