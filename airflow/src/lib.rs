@@ -111,7 +111,7 @@ mod surroundings;
 mod wake;
 mod wall_jet;
 
-pub use air::{Air, GRAVITY_MPS2};
+pub use air::{Air, AirError, GRAVITY_MPS2};
 pub use airframe::{Airframe, AirframeError, NoSuchAirframe, WIDTH_FACTOR_RANGE};
 pub use convection::{CONVECTION_FACTORS, Convection, NoConvection};
 pub use discs::DiscPoints;
