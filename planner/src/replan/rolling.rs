@@ -68,7 +68,7 @@ use crate::solver::assemble::{
 };
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
-use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
+use crate::solver::priority::{Affected, Paths, Repair};
 use crate::verify::{DroneExposure, Judgements, exposed, exposures, judged, verify_again};
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
@@ -1087,76 +1087,77 @@ impl Turn<'_> {
                 agent.forgiven_ticks = FIRST_FORGIVEN_TICKS;
             }
         }
-        let mut affected = Affected {
+        let running = &*self.running;
+        let affected = Affected {
             group: &group,
             settled: &settled,
             costmap: running.costmap.clone(),
-            steps: running.steps.clone(),
+            steps: running.steps.as_ref(),
             under_way,
             kept,
         };
         let weight = running.world.planning.energy_weight;
         let mut effort = Effort::default();
         let (mut stopped, mut went_on) = (BTreeSet::new(), BTreeMap::new());
-        let paths = loop {
-            let running = &*self.running;
-            let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
-            let comes = |(drone, _): &&(DroneId, FailureKind)| {
-                let asked = self.asked.get(&(drone.0 as usize));
-                asked.is_some_and(|it| it.cause == Cause::Added)
-            };
-            let left_out = paths.unplanned.iter().filter(comes);
-            let turned_away = left_out.map(|(drone, why)| {
-                let name = running.world.drones[drone.0 as usize].name.clone();
+        let mut repair = Repair::new(&running.job, affected, weight, control, &mut effort);
+        repair.run();
+        loop {
+            let left_out = repair.left_out();
+            let turned_away = left_out.iter().filter_map(|(index, why)| {
+                let asked = self.asked.get(index);
+                asked.filter(|it| it.cause == Cause::Added)?;
+                let name = running.world.drones[*index].name.clone();
                 let cause = known_cause(&running.world, *why);
-                Unplanned {
+                Some(Unplanned {
                     reason: format!("{cause}; it is not let in"),
                     cause: Some(cause.data(&name)),
                     name,
-                }
+                })
             });
             let turned_away: Vec<Unplanned> = turned_away.collect();
             if !turned_away.is_empty() {
                 return Err(turned_away);
             }
-            let stuck = self.clashing(&paths, &affected.under_way, &went_on);
+            let stuck = self.clashing(&repair, &went_on);
             let caught = match stuck.is_empty() {
-                true => self.caught(&paths, &stopped),
+                true => caught(&repair, &stopped),
                 false => Vec::new(),
             };
             if stuck.is_empty() && caught.is_empty() {
-                let better = self.better_gone_on(&paths, &stopped, &went_on);
+                let better = better_gone_on(&repair, &stopped, &went_on);
                 if better.is_empty() {
-                    break paths;
+                    break;
                 }
                 for index in better {
-                    affected.kept[index].clone_from(&went_on[&index]);
+                    repair.keep(index, went_on[&index].clone());
                     stopped.remove(&index);
                 }
+                repair.run_again();
                 continue;
             }
             // However near they are, they get out of one another's way.
             for (index, others) in caught {
-                let agent = &mut self.running.job.agents[index];
-                (agent.forgiven, agent.is_caught) = (others, true);
-                agent.forgiven_ticks = FORGIVEN_TICKS;
+                repair.forgive(index, others);
             }
-            let running = &*self.running;
             for index in stuck {
                 // It stops where it can.
-                let agent = &running.job.agents[index];
+                let agent = &repair.agents()[index];
                 let stay = agent.stays_from_departure(&running.job.roadmap);
                 let stops = agent.begun.iter().copied().chain([stay]).collect();
-                let went_on_by = std::mem::replace(&mut affected.kept[index], stops);
-                went_on.insert(index, went_on_by);
+                went_on.insert(index, repair.keep(index, stops));
                 stopped.insert(index);
             }
-        };
-        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
+            repair.run_again();
+        }
+        let left_out = repair.left_out();
+        let left_out = left_out.into_iter().map(|(index, _)| index);
         let lost: BTreeSet<usize> = left_out
             .filter(|index| went_on.contains_key(index) && !stopped.contains(index))
             .collect();
-        let mut released = self.released(&affected.under_way, &lost);
+        let under_way = repair.under_way().to_vec();
+        let (agents, paths) = repair.into_paths();
+        self.running.job.agents = agents;
+        let mut released = self.released(&under_way, &lost);
         let told = Replanned {
             effort,
             ..self.write(&stopped, paths)
@@ -1258,84 +1259,37 @@ impl Turn<'_> {
     /// to: late, or as they had to. Each may stop once.
     fn clashing(
         &self,
-        paths: &Paths,
-        under_way: &[Tick],
+        repair: &Repair<'_>,
         stopped_before: &BTreeMap<usize, Vec<Leg>>,
     ) -> Vec<usize> {
+        let (costmap, under_way) = (repair.costmap(), repair.under_way());
         let mut verdict = Verdict::default();
         // Two that fly what they flew are as the verifier found them.
         let is_as_it_was = |index: usize| {
             let is_told = self.asked.get(&index);
             let is_told = is_told.is_some_and(|it| it.settled || it.before.is_none());
-            paths.paths[index].is_none() && !is_told && !stopped_before.contains_key(&index)
+            !repair.has_new_path(index) && !is_told && !stopped_before.contains_key(&index)
         };
-        let mut clashes = |index: &usize| {
-            let legs = paths.costmap.legs(id(*index)).iter();
-            let mut ahead = legs.filter(|leg| leg.end > under_way[*index]);
-            let is_known = is_as_it_was(*index);
+        let mut clashes = |index: usize| {
+            let legs = costmap.legs(id(index)).iter();
+            let mut ahead = legs.filter(|leg| leg.end > under_way[index]);
+            let is_known = is_as_it_was(index);
             ahead.any(|leg| {
-                paths.costmap.judge(leg, &mut verdict);
+                costmap.judge(leg, &mut verdict);
                 verdict.blockers.iter().any(|it| {
                     let other = it.drone.0 as usize;
                     it.flown[1] > under_way[other] && !(is_known && is_as_it_was(other))
                 })
             })
         };
-        let can_stop = |index: &usize| {
-            let is_settled = self.asked.get(index).is_some_and(|it| it.settled);
-            !is_settled && !stopped_before.contains_key(index)
+        let can_stop = |index: usize| {
+            let is_settled = self.asked.get(&index).is_some_and(|it| it.settled);
+            !is_settled && !stopped_before.contains_key(&index)
         };
-        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
-        let left_out = left_out.filter(can_stop);
-        left_out.filter(|index| clashes(index)).collect()
-    }
-
-    /// The drones that stop for good in others' way, and those others: the first time, where they
-    /// could fly out of it.
-    fn caught(&self, paths: &Paths, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<DroneId>)> {
-        let mut verdict = Verdict::default();
-        let mut others = |index: usize| {
-            let last = *paths.costmap.legs(id(index)).last()?;
-            paths.costmap.judge(&last, &mut verdict);
-            let met: BTreeSet<DroneId> = verdict.blockers.iter().map(|it| it.drone).collect();
-            (!met.is_empty()).then(|| (index, met.into_iter().collect()))
-        };
-        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
-        let agents = &self.running.job.agents;
-        let left_out = left_out.filter(|it| stopped.contains(it) && !agents[*it].is_caught);
-        left_out.filter_map(&mut others).collect()
-    }
-
-    /// The drones that stop in others' way, for want of any path, and would touch fewer of them, or
-    /// for less time, if they went on as they were to.
-    fn better_gone_on(
-        &self,
-        paths: &Paths,
-        stopped: &BTreeSet<usize>,
-        went_on: &BTreeMap<usize, Vec<Leg>>,
-    ) -> Vec<usize> {
-        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
-        let agents = &self.running.job.agents;
-        let left_out = left_out.filter(|it| stopped.contains(it) && agents[*it].is_caught);
-        let touched = |index: usize, flown: &[Leg]| {
-            let (mut verdict, mut touched) = (Verdict::default(), BTreeSet::new());
-            let mut ticks = 0;
-            for leg in flown.iter().filter(|it| it.end > agents[index].departs) {
-                paths.costmap.judge(leg, &mut verdict);
-                for it in verdict.blockers.iter().filter(|it| it.why == Why::Bodies) {
-                    touched.insert(it.drone);
-                    let until = leg.end.min(it.clear).0;
-                    ticks += u64::from(until.saturating_sub(leg.start.max(it.began).0));
-                }
-            }
-            (touched.len(), ticks)
-        };
-        let is_better = |index: &usize| {
-            let stops = paths.costmap.legs(id(*index));
-            let goes_on = agents[*index].flown(&went_on[index]);
-            touched(*index, &goes_on) < touched(*index, stops)
-        };
-        left_out.filter(is_better).collect()
+        let left_out = repair.left_out().into_iter().map(|(index, _)| index);
+        left_out
+            .filter(|&index| can_stop(index) && clashes(index))
+            .collect()
     }
 
     /// Writes what was found into tracks and plan, and tells the drones that have changed, and
@@ -1452,6 +1406,51 @@ impl Turn<'_> {
         }
         told
     }
+}
+
+/// The drones that stop for good in others' way, and those others: the first time, where they could
+/// fly out of it.
+fn caught(repair: &Repair<'_>, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<DroneId>)> {
+    let mut verdict = Verdict::default();
+    let costmap = repair.costmap();
+    let mut others = |index: usize| {
+        costmap.judge(costmap.legs(id(index)).last()?, &mut verdict);
+        let met: BTreeSet<DroneId> = verdict.blockers.iter().map(|it| it.drone).collect();
+        (!met.is_empty()).then(|| (index, met.into_iter().collect()))
+    };
+    let left_out = repair.left_out().into_iter().map(|(index, _)| index);
+    let left_out = left_out.filter(|it| stopped.contains(it) && !repair.agents()[*it].is_caught);
+    left_out.filter_map(&mut others).collect()
+}
+
+/// The drones that stop in others' way, for want of any path, and would touch fewer of them, or for
+/// less time, if they went on as they were to.
+fn better_gone_on(
+    repair: &Repair<'_>,
+    stopped: &BTreeSet<usize>,
+    went_on: &BTreeMap<usize, Vec<Leg>>,
+) -> Vec<usize> {
+    let (agents, costmap) = (repair.agents(), repair.costmap());
+    let touched = |index: usize, flown: &[Leg]| {
+        let (mut verdict, mut touched) = (Verdict::default(), BTreeSet::new());
+        let mut ticks = 0;
+        for leg in flown.iter().filter(|it| it.end > agents[index].departs) {
+            costmap.judge(leg, &mut verdict);
+            for it in verdict.blockers.iter().filter(|it| it.why == Why::Bodies) {
+                touched.insert(it.drone);
+                let until = leg.end.min(it.clear).0;
+                ticks += u64::from(until.saturating_sub(leg.start.max(it.began).0));
+            }
+        }
+        (touched.len(), ticks)
+    };
+    let is_better = |index: &usize| {
+        let goes_on = agents[*index].flown(&went_on[index]);
+        touched(*index, &goes_on) < touched(*index, costmap.legs(id(*index)))
+    };
+    let left_out = repair.left_out().into_iter().map(|(index, _)| index);
+    let left_out = left_out.filter(|it| stopped.contains(it) && agents[*it].is_caught);
+    left_out.filter(is_better).collect()
 }
 
 /// The drones in the way of a late one where it can do something else first: it has to get away

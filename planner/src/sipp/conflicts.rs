@@ -14,7 +14,7 @@
 //! found.
 
 use costmap::costmap::{Costmap, part_at};
-use costmap::leg::{DroneId, Leg, Tick};
+use costmap::leg::{DroneId, KindId, Leg, Tick};
 
 use crate::graph::roadmap::Vertex;
 
@@ -27,7 +27,7 @@ pub(crate) mod steps;
 pub(crate) mod synchronous;
 mod table;
 
-pub(crate) use ask::StepQuery;
+pub(crate) use ask::{Querier, StepQuery};
 use column::{Column, Glance, Record};
 use pieces::pieces;
 pub(crate) use steps::Steps;
@@ -109,8 +109,14 @@ impl<'a> ReservationTable<'a> {
     }
 
     /// The class of a drone as it flies now.
-    pub(crate) fn class(&self, drone: DroneId, kind: costmap::leg::KindId) -> Option<usize> {
+    pub(crate) fn class(&self, drone: DroneId, kind: KindId) -> Option<usize> {
         self.steps.class(drone, kind)
+    }
+
+    /// A drone that asks, as it flies now.
+    pub(crate) fn querier(&self, drone: DroneId, kind: KindId) -> Option<Querier> {
+        let class = self.class(drone, kind)?;
+        Some(Querier { drone, class })
     }
 
     fn column(&self, [i, j]: [i32; 2]) -> Option<usize> {

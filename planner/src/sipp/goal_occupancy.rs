@@ -38,6 +38,8 @@ struct StayPrice {
     steps: Vec<(u32, u32)>,
     /// Least total of any later step.
     later: Vec<u32>,
+    /// Who is met at any time, and what each costs.
+    drones: Vec<(DroneId, u32)>,
     /// See [`Stays::never`].
     never: Option<(DroneId, Why, Tick)>,
 }
@@ -60,9 +62,12 @@ impl StayPrice {
             let (from, price) = steps[index];
             later[index - 1] = later[index].min(from.saturating_add(price));
         }
+        blockers.dedup_by_key(|b| b.drone);
+        let weighed = |b: &Blocker| (b.drone, setting.weights[b.drone.0 as usize]);
         StayPrice {
             steps,
             later,
+            drones: blockers.iter().map(weighed).collect(),
             never,
         }
     }
@@ -78,12 +83,17 @@ impl StayPrice {
         begun.checked_sub(1)
     }
 
-    /// Least of later arrival and price, beyond arriving at this tick.
-    fn excess(&self, arrives: u32) -> u32 {
-        self.step(arrives).map_or(0, |step| {
+    /// Least of later arrival and price, beyond arriving at this tick and what is paid.
+    fn excess(&self, arrives: u32, is_paid: impl Fn(DroneId) -> bool) -> u32 {
+        let least = self.step(arrives).map_or(0, |step| {
             let later = self.later[step].saturating_sub(arrives);
             self.steps[step].1.min(later)
-        })
+        });
+        if least == 0 {
+            return 0;
+        }
+        let paid = self.drones.iter().filter(|(drone, _)| is_paid(*drone));
+        paid.fold(least, |left, (_, price)| left.saturating_sub(*price))
     }
 
     /// How much later it is best to arrive.
@@ -144,16 +154,22 @@ impl Stays {
     }
 
     /// Least of later arrivals and prices that is still to come after a waypoint, beyond `ends`:
-    /// the end of the last dwell at the earliest.
-    pub(crate) fn excess(&self, waypoint: u16, ends: u32) -> u32 {
-        let excess = self.ahead(waypoint, ends).map(|(stay, at)| stay.excess(at));
+    /// the end of the last dwell at the earliest. Who gives way already is paid for.
+    pub(crate) fn excess(
+        &self,
+        waypoint: u16,
+        ends: u32,
+        is_paid: impl Fn(DroneId) -> bool + Copy,
+    ) -> u32 {
+        let ahead = self.ahead(waypoint, ends);
+        let excess = ahead.map(|(stay, at)| stay.excess(at, is_paid));
         excess.max().unwrap_or(0)
     }
 
     /// How much later it is best to arrive.
     pub(crate) fn slack(&self, waypoint: u16, ends: u32) -> u32 {
         let ahead = self.ahead(waypoint, ends);
-        let dearest = ahead.max_by_key(|(stay, at)| stay.excess(*at));
+        let dearest = ahead.max_by_key(|(stay, at)| stay.excess(*at, |_| false));
         dearest.map_or(0, |(stay, at)| stay.slack(at))
     }
 
@@ -240,15 +256,20 @@ mod tests {
         let stay = StayPrice {
             steps: vec![(0, 500), (300, 0)],
             later: vec![300, u32::MAX],
+            drones: vec![(DroneId(0), 500)],
             never: None,
         };
-        assert_eq!((stay.excess(100), stay.slack(100)), (200, 200));
-        assert_eq!((stay.excess(300), stay.slack(300)), (0, 0));
+        assert_eq!((stay.excess(100, |_| false), stay.slack(100)), (200, 200));
+        assert_eq!((stay.excess(300, |_| false), stay.slack(300)), (0, 0));
         let dear_wait = StayPrice {
             steps: vec![(0, 50), (300, 0)],
             later: vec![300, u32::MAX],
+            drones: vec![(DroneId(0), 50)],
             never: None,
         };
-        assert_eq!((dear_wait.excess(100), dear_wait.slack(100)), (50, 0));
+        assert_eq!(
+            (dear_wait.excess(100, |_| false), dear_wait.slack(100)),
+            (50, 0)
+        );
     }
 }

@@ -7,10 +7,11 @@
 //! good; the rest is planned around it, and the fleet is tried again in other orders, the best
 //! answer counting.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
-use costmap::leg::{DroneId, Leg, Tick};
+use costmap::leg::{DroneId, Leg};
 use costmap::verdict::{Blocker, Verdict, Why};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -21,15 +22,17 @@ use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::Planning;
 use crate::sipp::conflicts::{ReservationTable, Steps};
-use crate::sipp::search::{IMMOVABLE, Path};
+use crate::sipp::search::IMMOVABLE;
 use crate::solver::density;
 use crate::solver::pibt::run_pibt;
 use crate::solver::prepare::Job;
 use attempt::{Attempt, Pace};
 pub(crate) use attempt::{FailureKind, Paths};
+pub(crate) use repair::{Affected, Repair};
 
 mod attempt;
 mod lns;
+mod repair;
 
 /// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here:
 /// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
@@ -62,9 +65,6 @@ pub(crate) const UNTABULATED_STATES: u64 = 8;
 /// And one without tables where air takes time so many times as long again: chosen here, of random
 /// worlds, where one takes up to half a millisecond.
 pub(crate) const UNTABULATED_LATE_STATES: u64 = 4;
-/// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
-/// so that those who are asked rather wait for a while.
-const UNASKED_WEIGHT: u32 = 2_000;
 
 /// A fleet to be planned, and what it is planned with.
 pub(crate) struct FleetProblem<'a> {
@@ -346,89 +346,6 @@ fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     keyed.into_iter().map(|(_, drone)| drone).collect()
 }
 
-/// What is given when a few are planned anew.
-#[derive(Clone)]
-pub(crate) struct Affected<'a> {
-    /// Who is planned, wherever they are in the costmap.
-    pub(crate) group: &'a [DroneId],
-    /// Whose legs are others now, and what they keep: no path is looked for.
-    pub(crate) settled: &'a [DroneId],
-    /// Every drone's legs as they are.
-    pub(crate) costmap: Costmap,
-    /// The tables of the fleet's steps, if there are any.
-    pub(crate) steps: Option<Steps>,
-    /// Until when each drone goes on as it does.
-    pub(crate) under_way: Vec<Tick>,
-    /// What each drone goes on with if it finds no path; nothing for those who cannot be made to
-    /// give way, and in the group for those who are not let in then.
-    pub(crate) kept: Vec<Vec<Leg>>,
-}
-
-/// Plans those in the group; the drone that gives way to them is planned again.
-///
-/// Paths are those of drones whose path has changed. Those who find none keep what they are to
-/// keep.
-pub(crate) fn plan_affected(
-    job: &Job,
-    affected: Affected<'_>,
-    energy_weight: f64,
-    control: &Control<'_>,
-    effort: &mut Effort,
-) -> Paths {
-    let group = affected.group;
-    let mut attempt = Attempt::new(job, affected.costmap, energy_weight, control, effort);
-    for (index, kept) in affected.kept.iter().enumerate() {
-        let drone = DroneId(index as u32);
-        if group.contains(&drone) {
-            continue;
-        }
-        if kept.is_empty() {
-            attempt.weights[index] = IMMOVABLE;
-        } else {
-            attempt.weights[index] = UNASKED_WEIGHT;
-            attempt.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
-            attempt.legs[index].clone_from(kept);
-        }
-    }
-    attempt.under_way = affected.under_way;
-    attempt.kept = affected.kept;
-    let mut queue: Vec<DroneId> = group.to_vec();
-    queue.sort_unstable_by_key(|drone| (job.agents[drone.0 as usize].alone_ticks, *drone));
-    let mut queue = VecDeque::from(queue);
-    let settled = affected.settled;
-    for &drone in settled.iter().chain(group) {
-        attempt.costmap.remove(drone);
-        attempt.legs[drone.0 as usize].clear();
-    }
-    let table = |steps| ReservationTable::new(steps, &attempt.costmap, &attempt.legs);
-    attempt.reservations = affected.steps.as_ref().map(table);
-    for &drone in settled {
-        attempt.weights[drone.0 as usize] = IMMOVABLE;
-        attempt.paths[drone.0 as usize] = None;
-        attempt.leave_unplanned(drone, FailureKind::Stopped, &mut queue);
-    }
-    for &drone in group {
-        let agent = &job.agents[drone.0 as usize];
-        attempt.reserve(agent.begun.clone());
-        let begun = agent.flown(&agent.begun).into_owned();
-        attempt.evict_conflicting(&begun, &mut queue);
-    }
-    if !attempt.run(queue) {
-        attempt.keep_all(group);
-    }
-    attempt
-        .unplanned
-        .retain(|(drone, _)| !settled.contains(drone));
-    for (index, path) in attempt.paths.iter_mut().enumerate() {
-        // Those who never had to give way.
-        let kept = |path: &Path| path.legs == attempt.kept[index];
-        if !group.contains(&DroneId(index as u32)) && path.as_ref().is_some_and(kept) {
-            *path = None;
-        }
-    }
-    attempt.into_paths()
-}
-
 /// Paths for every drone but those who are excluded, or `None`.
 fn plan_by_pibt(
     problem: &FleetProblem<'_>,
@@ -454,7 +371,7 @@ fn plan_by_pibt(
     let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.agents.len() as u64;
     let energy_weight = planning.energy_weight;
     let mut attempt = Attempt::new(job, costmap.clone(), energy_weight, control, effort);
-    attempt.agents = &run.agents;
+    attempt.agents = Cow::Borrowed(&run.agents);
     attempt.gives_up_at = Some(gives_up_at.map_or(most, |until| until.min(most)));
     attempt.detours = false;
     attempt.reservations = Some(ReservationTable::new(steps, costmap, &[]));
@@ -485,7 +402,7 @@ fn plan_by_pibt(
         let is_own = |blocker: &Blocker| blocker.why != Why::TheirLimit;
         verdict.breaks_zone.is_none() && !verdict.blockers.iter().any(is_own)
     };
-    let paths = attempt.paths.par_iter().zip(attempt.agents);
+    let paths = attempt.paths.par_iter().zip(&run.agents);
     let legs = paths.filter_map(|(path, agent)| Some(agent.flown(&path.as_ref()?.legs)));
     if !legs.map(|legs| legs.iter().all(is_free)).all(|it| it) {
         return None;

@@ -8,7 +8,7 @@ use super::column::spells;
 use super::directions::index;
 use super::steps::{LOADS, STILL, Span};
 use super::table::Near;
-use super::{FORBIDDEN, Record, ReservationTable};
+use super::{FORBIDDEN, Record, ReservationTable, Taken};
 use crate::graph::roadmap::Vertex;
 
 /// What wakes may add up to here (parts of `LOADS`): chosen here, a fifth more than a budget, since
@@ -20,11 +20,18 @@ const MOST_LOADS: u32 = 300;
 /// well look at the floor alone: chosen here.
 const WHOLE_SHARE: f64 = 0.8;
 
+/// Who asks. What it flies itself, and flies on with in any case, is not in its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Querier {
+    pub(crate) drone: DroneId,
+    pub(crate) class: usize,
+}
+
 /// A step that is generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct StepQuery {
-    /// Class of who steps.
-    pub(crate) class: usize,
+    /// Who steps.
+    pub(crate) by: Querier,
     /// From where and to where: neighbours on the lattice.
     pub(crate) ends: [Vertex; 2],
     /// From when and until when.
@@ -64,16 +71,22 @@ impl ReservationTable<'_> {
         (share > WHOLE_SHARE).then_some(&self.closed_columns[class])
     }
 
+    /// When a place is taken by others, in order of beginning.
+    fn taken_to(&self, by: Querier, place: Vertex) -> impl Iterator<Item = &Taken> {
+        let taken = self.taken[by.class][place as usize].iter();
+        taken.filter(move |it| it.drone != by.drone)
+    }
+
     /// Until when a place is free to hover at from a moment on but for those who give way, and when
     /// it is again.
     pub(crate) fn free_until(
         &self,
-        class: usize,
+        by: Querier,
         place: Vertex,
         from: Tick,
         gives_way: impl Fn(DroneId) -> bool,
     ) -> (Tick, Tick) {
-        let mut taken = self.taken[class][place as usize].iter();
+        let mut taken = self.taken_to(by, place);
         let next =
             taken.find(|it| it.clear > from && it.price == FORBIDDEN && !gives_way(it.drone));
         next.map_or((Tick::FOREVER, Tick::FOREVER), |it| {
@@ -84,12 +97,12 @@ impl ReservationTable<'_> {
     /// Adds who is in the way of hovering at a place between two moments, and what it costs.
     pub(crate) fn stay(
         &self,
-        class: usize,
+        by: Querier,
         place: Vertex,
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
-        for it in &self.taken[class][place as usize] {
+        for it in self.taken_to(by, place) {
             if it.began >= to {
                 break;
             }
@@ -111,13 +124,13 @@ impl ReservationTable<'_> {
     /// its departure.
     pub(crate) fn arrive(
         &self,
-        class: usize,
+        by: Querier,
         place: Vertex,
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
         let ticks = to.0 - from.0;
-        for it in &self.taken[class][place as usize] {
+        for it in self.taken_to(by, place) {
             if it.began > to {
                 break;
             }
@@ -148,13 +161,14 @@ impl ReservationTable<'_> {
         let direction = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
         let shift = self.steps.shift + self.steps.most_ahead();
         for other in 0..self.steps.class_count() {
-            let table = self.steps.table(query.class, other);
+            let table = self.steps.table(query.by.class, other);
             let window = query.window(shift, table.longest());
             let spells = spells(window);
             let mut look_at = |near: &Near, record: &Record| {
                 let [dx, dy] = near.aside;
                 let dz = i32::from(record.layer) - at[2];
-                if usize::from(record.class) != other || dz.abs() > table.shape.extent.layers {
+                let is_far = dz.abs() > table.shape.extent.layers;
+                if usize::from(record.class) != other || is_far || record.drone == query.by.drone {
                     return;
                 }
                 let directions = [direction, usize::from(record.direction)];
@@ -209,7 +223,7 @@ impl ReservationTable<'_> {
         record: &Record,
         verdict: &mut Verdict,
     ) -> bool {
-        let (me, other) = (query.class, usize::from(record.class));
+        let (me, other) = (query.by.class, usize::from(record.class));
         let others = usize::from(record.direction);
         let [from, until] = query.time;
         if span.is_empty() {

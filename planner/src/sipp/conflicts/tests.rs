@@ -122,7 +122,7 @@ fn past_one_another(late: bool) -> Past {
             let mut exact = Verdict::default();
             costmap.judge(&leg, &mut exact);
             let query = StepQuery {
-                class: reservations.class(leg.drone, leg.kind).expect("known"),
+                by: reservations.querier(leg.drone, leg.kind).expect("known"),
                 ends: vertices(&job, &leg),
                 time: [leg.start, leg.end],
                 early: 0,
@@ -131,7 +131,7 @@ fn past_one_another(late: bool) -> Past {
             let mut brief = Verdict::default();
             let mut is_free = reservations.step(&costmap, &query, &mut brief);
             if direction == STILL {
-                reservations.stay(query.class, query.ends[0], query.time, &mut brief);
+                reservations.stay(query.by, query.ends[0], query.time, &mut brief);
                 is_free = true;
             }
             let allows = is_free && brief.blockers.is_empty();
@@ -173,7 +173,7 @@ fn free_when_clear(late: bool) {
             let ask = |departs: u32| {
                 let mut verdict = Verdict::default();
                 let query = StepQuery {
-                    class: reservations.class(leg.drone, leg.kind).expect("known"),
+                    by: reservations.querier(leg.drone, leg.kind).expect("known"),
                     ends: vertices(&job, &leg),
                     time: [Tick(departs), Tick(departs + leg.end.0 - leg.start.0)],
                     early: 0,

@@ -15,7 +15,7 @@ use crate::graph::agent::Agent;
 use crate::graph::roadmap::Vertex;
 use crate::graph::scratch::ScratchBuffer;
 use crate::graph::turns::{AT_REST, BEYOND, Heading};
-use crate::sipp::conflicts::ReservationTable;
+use crate::sipp::conflicts::{Querier, ReservationTable};
 
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
@@ -310,8 +310,8 @@ impl<'a> Nodes<'a> {
         from: Tick,
         gives_way: impl Fn(DroneId) -> bool,
     ) -> (Tick, Tick) {
-        if let Some((reservations, class)) = self.reservations_at(label) {
-            return reservations.free_until(class, label.vertex, from, gives_way);
+        if let Some((reservations, by)) = self.reservations_at(label) {
+            return reservations.free_until(by, label.vertex, from, gives_way);
         }
         let hover = self.hover(node, label);
         if hover.breaks_zone.is_some() {
@@ -333,8 +333,8 @@ impl<'a> Nodes<'a> {
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
-        if let Some((reservations, class)) = self.reservations_at(label) {
-            return reservations.stay(class, label.vertex, [from, to], verdict);
+        if let Some((reservations, by)) = self.reservations_at(label) {
+            return reservations.stay(by, label.vertex, [from, to], verdict);
         }
         let hover = self.hover(node, label);
         verdict.breaks_zone = verdict.breaks_zone.or(hover.breaks_zone);
@@ -343,7 +343,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// What is known of a state's place in brief, if anything is.
-    fn reservations_at(&self, label: &Label) -> Option<(&'a ReservationTable<'a>, usize)> {
+    fn reservations_at(&self, label: &Label) -> Option<(&'a ReservationTable<'a>, Querier)> {
         let stay = (label.vertex, label.vertex);
         let reservations = self.setting.reservations?;
         let known = !label.grounded
@@ -351,8 +351,8 @@ impl<'a> Nodes<'a> {
             && !self.refuted.has(stay)
             && label.at >= self.setting.judged_until;
         let kind = self.agent.kinds[usize::from(label.waypoint)];
-        let class = known.then(|| reservations.class(self.agent.drone, kind))?;
-        Some((reservations, class?))
+        let by = known.then(|| reservations.querier(self.agent.drone, kind))?;
+        Some((reservations, by?))
     }
 
     /// Who is in the way of hovering at a state's place: judged once for each node.

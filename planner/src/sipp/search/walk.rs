@@ -255,11 +255,12 @@ impl<'a> Search<'a> {
     /// Without haste.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
         let least = self.least(node, label.waypoint, label.paid, label.at)?;
-        if label.met != 0 || label.step == Step::End {
+        if label.step == Step::End {
             return Some(least);
         }
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
-        let excess = self.stays.excess(label.waypoint, ends);
+        let is_paid = |drone| self.met.has(label.met, drone);
+        let excess = self.stays.excess(label.waypoint, ends, is_paid);
         // The highest: a drone who never leaves is where it has to stay.
         let all = label.paid.saturating_add(ends).checked_add(excess)?;
         Some(all.max(least)).filter(|cost| *cost < u32::MAX)
@@ -648,16 +649,16 @@ impl<'a> Search<'a> {
             && label.departs >= self.setting.judged_until
             // What is forgiven depends on how a drone is in the way.
             && !self.agent.forgives_some(label.departs);
-        let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
+        let by = reservations.querier(self.agent.drone, self.kind(label.waypoint));
         let known = known && !(self.changes(from, label) && self.came_by_refuted(from));
-        let Some(class) = class.filter(|_| known) else {
+        let Some(by) = by.filter(|_| known) else {
             return Brief::Nothing;
         };
         let time = [label.departs, label.at];
         match label.step {
             Step::Move => {
                 // Mostly it is the place it leads to that is taken.
-                reservations.arrive(class, label.vertex, time, verdict);
+                reservations.arrive(by, label.vertex, time, verdict);
                 if !verdict.blockers.iter().all(|it| self.passes(label, it)) {
                     return Brief::WhereItLeads;
                 }
@@ -665,7 +666,7 @@ impl<'a> Search<'a> {
                 let ends = [from.vertex, label.vertex];
                 let [early, late] = self.shifted(from, label);
                 let query = StepQuery {
-                    class,
+                    by,
                     ends,
                     time,
                     early,
@@ -688,11 +689,11 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
+            Step::Dwell => reservations.stay(by, label.vertex, time, verdict),
             Step::End => match self.agent.ending {
                 Ending::Hover => {
                     let time = [label.at, Tick::FOREVER];
-                    reservations.stay(class, label.vertex, time, verdict);
+                    reservations.stay(by, label.vertex, time, verdict);
                 }
                 Ending::Leave if self.agent.leaves_at_once(label.at) => return Brief::Nothing,
                 Ending::Leave => {}
@@ -725,16 +726,16 @@ impl<'a> Search<'a> {
             return true;
         };
         let known = [parent.vertex, label.vertex].map(|it| reservations.knows(it)) == [true; 2];
-        let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
+        let by = reservations.querier(self.agent.drone, self.kind(label.waypoint));
         let is_step = known
             && label.step == Step::Move
             && label.departs >= self.setting.judged_until
             && !self.came_by_refuted(label);
-        let Some(class) = class.filter(|_| is_step) else {
+        let Some(by) = by.filter(|_| is_step) else {
             return true;
         };
         let query = StepQuery {
-            class,
+            by,
             ends: [parent.vertex, label.vertex],
             time: [label.departs, label.at],
             early: 0,

@@ -4,6 +4,7 @@
 //! taken in order. A search never has to fail: a drone may cross what others hold, at a price for
 //! each of them; the drone that is crossed is evicted, replanned next, and dearer from then on.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use costmap::costmap::{Costmap, Reservation};
@@ -129,7 +130,7 @@ pub(super) struct Attempt<'a> {
     /// Paths through free space.
     roadmap: &'a Roadmap,
     /// By drone.
-    pub(super) agents: &'a [Agent],
+    pub(super) agents: Cow<'a, [Agent]>,
     /// What every drone flies, as far as it is known.
     pub(super) costmap: Costmap,
     /// What the costmap says, in brief; `None`: searches ask the costmap itself.
@@ -143,7 +144,7 @@ pub(super) struct Attempt<'a> {
     /// Price of crossing each drone (ticks), or [`IMMOVABLE`].
     pub(super) weights: Vec<u32>,
     /// How often each has been evicted.
-    evicted: Vec<u32>,
+    pub(super) evicted: Vec<u32>,
     /// Whose weak wakes were too much for a drone: their steps are judged in full.
     pub(super) careful: Vec<bool>,
     /// A drone evicted more often stays at its start.
@@ -186,7 +187,7 @@ impl<'a> Attempt<'a> {
         weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
         Attempt {
             roadmap: &job.roadmap,
-            agents: &job.agents,
+            agents: Cow::Borrowed(&job.agents),
             costmap,
             reservations: None,
             energy_weight,
@@ -220,12 +221,12 @@ impl<'a> Attempt<'a> {
     pub(super) fn settle_who_stays(&mut self) {
         let weights = &self.weights;
         let stays = |agent: &&Agent| agent.stays() && weights[agent.drone.0 as usize] != IMMOVABLE;
-        let staying: Vec<&Agent> = self.agents.iter().filter(stays).collect();
-        for agent in staying {
-            let legs = vec![agent.stays_at_start(self.roadmap)];
-            self.reserve(legs.clone());
-            self.weights[agent.drone.0 as usize] = IMMOVABLE;
-            self.paths[agent.drone.0 as usize] = Some(Path::new(legs, Tick(0)));
+        let staying = self.agents.iter().filter(stays);
+        let staying = staying.map(|agent| agent.stays_at_start(self.roadmap));
+        for leg in staying.collect::<Vec<Leg>>() {
+            self.reserve(vec![leg]);
+            self.weights[leg.drone.0 as usize] = IMMOVABLE;
+            self.paths[leg.drone.0 as usize] = Some(Path::new(vec![leg], Tick(0)));
         }
     }
 

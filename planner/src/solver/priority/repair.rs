@@ -1,0 +1,232 @@
+//! Paths for a few drones of a fleet that flies: those whom a change concerns, and who has to give
+//! way to them. All others keep theirs.
+//!
+//! The same searches and evictions as for a whole fleet. What is found stays where it is when one
+//! drone more has to stop, or may get out of others' way: only who is hit by that is searched for
+//! again, and who gave way for nothing goes on as before.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use costmap::costmap::Costmap;
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::Verdict;
+
+use super::attempt::{Attempt, FIRST_WEIGHT, FailureKind, Paths};
+use crate::graph::agent::{Agent, FORGIVEN_TICKS};
+use crate::plan::outcome::{Control, Effort};
+use crate::sipp::conflicts::{ReservationTable, Steps};
+use crate::sipp::search::{IMMOVABLE, Path};
+use crate::solver::prepare::Job;
+
+/// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
+/// so that those who are asked rather wait for a while.
+const UNASKED_WEIGHT: u32 = 2_000;
+
+/// What is given when a few are planned anew.
+pub(crate) struct Affected<'a> {
+    /// Who is planned, wherever they are in the costmap.
+    pub(crate) group: &'a [DroneId],
+    /// Whose legs are others now, and what they keep: no path is looked for.
+    pub(crate) settled: &'a [DroneId],
+    /// Every drone's legs as they are.
+    pub(crate) costmap: Costmap,
+    /// The tables of the fleet's steps, if there are any.
+    pub(crate) steps: Option<&'a Steps>,
+    /// Until when each drone goes on as it does.
+    pub(crate) under_way: Vec<Tick>,
+    /// What each drone goes on with if it finds no path; nothing for those who cannot be made to
+    /// give way, and in the group for those who are not let in then.
+    pub(crate) kept: Vec<Vec<Leg>>,
+}
+
+/// A few drones among all others, and what is found for them so far.
+pub(crate) struct Repair<'a> {
+    attempt: Attempt<'a>,
+    group: &'a [DroneId],
+    settled: &'a [DroneId],
+    /// Who does not keep what it flew any more: by index.
+    stopped: BTreeSet<usize>,
+    /// Who is searched for next.
+    queue: VecDeque<DroneId>,
+}
+
+impl<'a> Repair<'a> {
+    /// All others fly what they flew, as far as they are not in the way of what is settled.
+    pub(crate) fn new(
+        job: &'a Job,
+        affected: Affected<'a>,
+        energy_weight: f64,
+        control: &'a Control<'a>,
+        effort: &'a mut Effort,
+    ) -> Repair<'a> {
+        let (group, settled) = (affected.group, affected.settled);
+        let mut attempt = Attempt::new(job, affected.costmap, energy_weight, control, effort);
+        for (index, kept) in affected.kept.iter().enumerate() {
+            if !kept.is_empty() && !group.contains(&DroneId(index as u32)) {
+                attempt.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
+                attempt.legs[index].clone_from(kept);
+            }
+        }
+        attempt.under_way = affected.under_way;
+        attempt.kept = affected.kept;
+        let mut queue: Vec<DroneId> = group.to_vec();
+        queue.sort_unstable_by_key(|drone| (job.agents[drone.0 as usize].alone_ticks, *drone));
+        let mut queue = VecDeque::from(queue);
+        for &drone in settled.iter().chain(group) {
+            attempt.costmap.remove(drone);
+            attempt.legs[drone.0 as usize].clear();
+        }
+        let table = |steps| ReservationTable::new(steps, &attempt.costmap, &attempt.legs);
+        attempt.reservations = affected.steps.map(table);
+        price(&mut attempt, group, settled);
+        for &drone in settled {
+            attempt.paths[drone.0 as usize] = None;
+            attempt.leave_unplanned(drone, FailureKind::Stopped, &mut queue);
+        }
+        for &drone in group {
+            let agent = &job.agents[drone.0 as usize];
+            attempt.reserve(agent.begun.clone());
+            let begun = agent.flown(&agent.begun).into_owned();
+            attempt.evict_conflicting(&begun, &mut queue);
+        }
+        Repair {
+            attempt,
+            group,
+            settled,
+            stopped: BTreeSet::new(),
+            queue,
+        }
+    }
+
+    /// Searches for all who are to be; who finds nothing keeps what is kept for it.
+    pub(crate) fn run(&mut self) {
+        let queue = std::mem::take(&mut self.queue);
+        if !self.attempt.run(queue) {
+            self.attempt.keep_all(self.group);
+        }
+        self.go_back();
+    }
+
+    /// Searches once more for who found no path, and then for who departs in others' air: what
+    /// those do is not what it was.
+    pub(crate) fn run_again(&mut self) {
+        let (attempt, settled) = (&mut self.attempt, self.settled);
+        let is_settled = |drone: &DroneId| settled.contains(drone);
+        let left_out = attempt.unplanned.iter().map(|(drone, _)| *drone);
+        let mut again: Vec<DroneId> = left_out.filter(|it| !is_settled(it)).collect();
+        attempt.unplanned.retain(|(drone, _)| is_settled(drone));
+        let departs_in_air = |drone: &&DroneId| {
+            let index = drone.0 as usize;
+            attempt.paths[index].is_some() && !attempt.agents[index].forgiven.is_empty()
+        };
+        again.extend(self.group.iter().filter(departs_in_air));
+        price(attempt, self.group, settled);
+        for drone in again {
+            let index = drone.0 as usize;
+            attempt.release(drone);
+            attempt.reserve(attempt.agents[index].begun.clone());
+            attempt.paths[index] = None;
+            self.queue.push_back(drone);
+        }
+        self.run();
+    }
+
+    /// Drones that gave way, and need not have in the end, fly what they flew.
+    fn go_back(&mut self) {
+        for index in 0..self.attempt.kept.len() {
+            let drone = DroneId(index as u32);
+            let is_free_to = !self.group.contains(&drone) && !self.stopped.contains(&index);
+            if !is_free_to || !self.has_new_path(index) {
+                continue;
+            }
+            let attempt = &mut self.attempt;
+            let kept = attempt.kept[index].clone();
+            let (legs, _) = attempt.release(drone);
+            let flown = attempt.agents[index].flown(&kept);
+            let mut verdict = Verdict::default();
+            let mut is_free = |leg: &Leg| {
+                attempt.costmap.judge(leg, &mut verdict);
+                verdict.is_allowed()
+            };
+            if flown.iter().all(&mut is_free) && attempt.costmap.is_borne(&flown) {
+                attempt.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
+                attempt.reserve(kept);
+            } else {
+                attempt.reserve(legs);
+            }
+        }
+    }
+
+    /// A drone keeps this if it finds no path, in place of what it kept, which is handed back.
+    pub(crate) fn keep(&mut self, index: usize, legs: Vec<Leg>) -> Vec<Leg> {
+        self.stopped.insert(index);
+        std::mem::replace(&mut self.attempt.kept[index], legs)
+    }
+
+    /// A drone may be in the way of these when it departs.
+    pub(crate) fn forgive(&mut self, index: usize, others: Vec<DroneId>) {
+        let agent = &mut self.attempt.agents.to_mut()[index];
+        (agent.forgiven, agent.is_caught) = (others, true);
+        agent.forgiven_ticks = FORGIVEN_TICKS;
+    }
+
+    /// Every drone as it is searched for.
+    pub(crate) fn agents(&self) -> &[Agent] {
+        &self.attempt.agents
+    }
+
+    /// What every drone flies as far as it is found.
+    pub(crate) fn costmap(&self) -> &Costmap {
+        &self.attempt.costmap
+    }
+
+    /// Whether a drone has a path that it had not.
+    pub(crate) fn has_new_path(&self, index: usize) -> bool {
+        let is_asked = self.group.contains(&DroneId(index as u32));
+        let is_asked = is_asked || self.stopped.contains(&index);
+        let is_new = |path: &Path| is_asked || path.legs != self.attempt.kept[index];
+        self.attempt.paths[index].as_ref().is_some_and(is_new)
+    }
+
+    /// Who finds none, and why: by number.
+    pub(crate) fn left_out(&self) -> Vec<(usize, FailureKind)> {
+        let unplanned = self.attempt.unplanned.iter();
+        let unplanned = unplanned.filter(|(drone, _)| !self.settled.contains(drone));
+        let mut left_out: Vec<_> = unplanned.map(|&(it, why)| (it.0 as usize, why)).collect();
+        left_out.sort_unstable_by_key(|(index, _)| *index);
+        left_out
+    }
+
+    /// Until when each drone goes on as it does.
+    pub(crate) fn under_way(&self) -> &[Tick] {
+        &self.attempt.under_way
+    }
+
+    /// The drones as they were searched for, and paths of those whose path has changed. Those who
+    /// find none keep what they are to keep.
+    pub(crate) fn into_paths(mut self) -> (Vec<Agent>, Paths) {
+        for index in 0..self.attempt.paths.len() {
+            if !self.has_new_path(index) {
+                self.attempt.paths[index] = None;
+            }
+        }
+        let settled = self.settled;
+        let unplanned = &mut self.attempt.unplanned;
+        unplanned.retain(|(drone, _)| !settled.contains(drone));
+        let agents = std::mem::take(&mut self.attempt.agents).into_owned();
+        (agents, self.attempt.into_paths())
+    }
+}
+
+/// What it costs at first to cross each drone, none of which has had to give way yet.
+fn price(attempt: &mut Attempt<'_>, group: &[DroneId], settled: &[DroneId]) {
+    attempt.evicted.fill(0);
+    for index in 0..attempt.kept.len() {
+        let drone = DroneId(index as u32);
+        attempt.weights[index] = match group.contains(&drone) {
+            true => FIRST_WEIGHT,
+            false if attempt.kept[index].is_empty() || settled.contains(&drone) => IMMOVABLE,
+            false => UNASKED_WEIGHT,
+        };
+    }
+}
