@@ -52,10 +52,14 @@ impl StayPrice {
         let blockers = &mut verdict.blockers;
         blockers.sort_unstable_by_key(|b| (b.drone, b.began, b.clear));
         blockers.dedup_by_key(|b| (b.drone, b.began, b.clear));
-        let never = blockers
-            .iter()
-            .find(|b| b.clear == Tick::FOREVER && setting.weights[b.drone.0 as usize] == IMMOVABLE)
-            .map(|b| (b.drone, b.why, b.began));
+        // Before others come one may dwell.
+        let first = stay.start.0.saturating_add(ticks);
+        let stays = |b: &&Blocker| {
+            let is_immovable = setting.weights[b.drone.0 as usize] == IMMOVABLE;
+            is_immovable && b.clear == Tick::FOREVER && b.began.0 < first
+        };
+        let never = blockers.iter().find(stays);
+        let never = never.map(|b| (b.drone, b.why, b.began));
         let steps = steps(setting.weights, blockers, ticks);
         let mut later = vec![u32::MAX; steps.len()];
         for index in (1..steps.len()).rev() {
@@ -116,6 +120,7 @@ impl Stays {
     pub(crate) fn new(setting: &Setting<'_>, agent: &Agent) -> Stays {
         let stay = |at: Vertex, kind: KindId, flying: bool| Leg {
             flying,
+            start: agent.departs,
             ..agent.hover(setting.roadmap.position_m(at), kind)
         };
         let dwells = agent.waypoints.iter().zip(&agent.kinds[1..]);
@@ -213,7 +218,12 @@ fn steps(weights: &[u32], blockers: &[Blocker], ticks: u32) -> Vec<(u32, u32)> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
+    use crate::graph::passage::Passages;
+    use crate::scenario::read_world;
+    use crate::solver::prepare::prepare;
 
     fn blocker(drone: u32, began: u32, clear: u32) -> Blocker {
         Blocker {
@@ -251,6 +261,35 @@ mod tests {
         );
     }
 
+    /// What stays for a task of one second, and for the end, where an immovable drone comes to stay
+    /// from a moment on.
+    fn beside_one_that_comes(began: u32, goals: &str) -> Stays {
+        let text = format!(
+            r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), drones: [
+                (name: "a", airframe: "kolibri", start_m: (0.5, 0.5, 1.5), tasks: [{goals}]),
+                (name: "b", airframe: "kolibri", start_m: (8.5, 8.5, 1.5), tasks: [])])"#
+        );
+        let world = read_world(&text).expect("in order");
+        let job = prepare(&world, &Passages::of(&world), &|| false);
+        let mut costmap = job.costmap(&world, 2);
+        costmap.insert(vec![Leg {
+            start: Tick(began),
+            ..job.agents[1].hover(Point3::new(4.5, 4.5, 1.5), job.agents[1].kinds[0])
+        }]);
+        let setting = Setting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
+        Stays::new(&setting, &job.agents[0])
+    }
+
+    #[test]
+    fn a_task_may_be_over_before_one_comes_that_stays_and_the_end_may_not() {
+        let there = "(to_m: (4.5, 4.5, 1.5), dwell_s: 1)";
+        let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
+        assert_eq!(beside_one_that_comes(3_000, &on).never, None);
+        let met = |stays: Stays| stays.never.map(|(drone, _, _)| drone);
+        assert_eq!(met(beside_one_that_comes(50, &on)), Some(DroneId(1)));
+        assert_eq!(met(beside_one_that_comes(3_000, there)), Some(DroneId(1)));
+    }
+
     #[test]
     fn to_wait_is_chosen_where_it_is_cheaper() {
         let stay = StayPrice {
@@ -261,6 +300,8 @@ mod tests {
         };
         assert_eq!((stay.excess(100, |_| false), stay.slack(100)), (200, 200));
         assert_eq!((stay.excess(300, |_| false), stay.slack(300)), (0, 0));
+        // Who is made to give way on the way there is paid for once.
+        assert_eq!(stay.excess(100, |drone| drone == DroneId(0)), 0);
         let dear_wait = StayPrice {
             steps: vec![(0, 50), (300, 0)],
             later: vec![300, u32::MAX],

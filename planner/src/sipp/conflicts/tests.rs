@@ -220,6 +220,15 @@ fn who_is_taken_back_leaves_nothing_behind() {
     assert_eq!(reservations.closed_from(class)[place as usize], hover.start);
     assert_ne!(reservations.taken, before.taken);
     assert!(reservations.closed_from(class)[below as usize] <= hover.start);
+    let hovers = |drone, kind| {
+        let mut verdict = Verdict::default();
+        let by = reservations.querier(drone, kind).expect("known");
+        reservations.stay(by, place, [hover.start, Tick::FOREVER], &mut verdict);
+        let until = reservations.free_until(by, place, hover.start, |_| false).0;
+        (verdict.blockers.len(), until)
+    };
+    assert_eq!(hovers(first.drone, first.kind), (1, hover.start));
+    assert_eq!(hovers(second.drone, second.kind), (0, Tick::FOREVER));
     reservations.remove(costmap.legs(second.drone));
     assert_eq!(reservations.columns, before.columns);
     assert_eq!(reservations.glances, before.glances);

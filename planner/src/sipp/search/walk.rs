@@ -255,7 +255,11 @@ impl<'a> Search<'a> {
     /// Without haste.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
         let least = self.least(node, label.waypoint, label.paid, label.at)?;
-        if label.step == Step::End {
+        // Of a fleet planned from the beginning, what else the stays cost one who has met others
+        // saves no states (halls and warehouses of 500); of one that flies, nearly all of some
+        // searches.
+        let is_enough = label.met != 0 && self.setting.under_way.is_empty();
+        if is_enough || label.step == Step::End {
             return Some(least);
         }
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
