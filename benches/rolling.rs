@@ -8,8 +8,8 @@
 //! [`planner::replan::rolling::Running::replan`], the verification included; `without the check`
 //! the same up to the verification.
 //!
-//! `cargo bench --bench rolling`; takes about two minutes. On two shared virtual cores of an AMD
-//! EPYC, rustc 1.95: 1.4 s, 1.8 s and 1.6 s.
+//! `cargo bench --bench rolling`; takes about two minutes. On two shared virtual cores of an Intel
+//! Xeon, rustc 1.95: 1.6 s, 1.7 s and 1.3 s.
 
 #![allow(
     missing_docs,
