@@ -255,9 +255,9 @@ impl<'a> Search<'a> {
     /// Without haste.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
         let least = self.least(node, label.waypoint, label.paid, label.at)?;
-        // Of a fleet planned from the beginning, what else the stays cost one who has met others
-        // saves no states (halls and warehouses of 500); of one that flies, nearly all of some
-        // searches.
+        // Who has met others still pays for the rest of its stays. To know that saves a fleet that
+        // flies nearly all states of some searches, and none where a fleet is planned from the
+        // beginning (halls and warehouses of 500).
         let is_enough = label.met != 0 && self.setting.under_way.is_empty();
         if is_enough || label.step == Step::End {
             return Some(least);
