@@ -1156,7 +1156,9 @@ impl Turn<'_> {
             .collect();
         let under_way = repair.under_way().to_vec();
         let (agents, paths) = repair.into_paths();
-        self.running.job.agents = agents;
+        if let Some(agents) = agents {
+            self.running.job.agents = agents;
+        }
         let mut released = self.released(&under_way, &lost);
         let told = Replanned {
             effort,

@@ -5,6 +5,7 @@
 //! drone more has to stop, or may get out of others' way: only who is hit by that is searched for
 //! again, and who gave way for nothing goes on as before.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, VecDeque};
 
 use costmap::costmap::Costmap;
@@ -202,9 +203,9 @@ impl<'a> Repair<'a> {
         &self.attempt.under_way
     }
 
-    /// The drones as they were searched for, and paths of those whose path has changed. Those who
-    /// find none keep what they are to keep.
-    pub(crate) fn into_paths(mut self) -> (Vec<Agent>, Paths) {
+    /// The drones as they were searched for, if not as they were given, and paths of those whose
+    /// path has changed. Those who find none keep what they are to keep.
+    pub(crate) fn into_paths(mut self) -> (Option<Vec<Agent>>, Paths) {
         for index in 0..self.attempt.paths.len() {
             if !self.has_new_path(index) {
                 self.attempt.paths[index] = None;
@@ -213,7 +214,10 @@ impl<'a> Repair<'a> {
         let settled = self.settled;
         let unplanned = &mut self.attempt.unplanned;
         unplanned.retain(|(drone, _)| !settled.contains(drone));
-        let agents = std::mem::take(&mut self.attempt.agents).into_owned();
+        let agents = match std::mem::take(&mut self.attempt.agents) {
+            Cow::Owned(agents) => Some(agents),
+            Cow::Borrowed(_) => None,
+        };
         (agents, self.attempt.into_paths())
     }
 }
