@@ -449,6 +449,41 @@ def test_a_recording_that_cannot_be_read_is_told_at_its_place(tmp_path):
         leeward.diagnose(broken / "meta.json")
 
 
+def test_what_is_no_number_and_no_drone_is_refused(two):
+    assert "scout" in two and two["scout"] in two and "ghost" not in two and 3 not in two
+    scout = two["scout"]
+    for wrong, error in [(np.nan, ValueError), ([0.0, np.inf], ValueError), (None, TypeError)]:
+        with pytest.raises(error, match="t_s"):
+            scout.position(wrong)
+    for wrong in (np.nan, np.inf, 0.0):
+        with pytest.raises(ValueError, match="dt_s"):
+            two.samples(wrong)
+    masked = np.ma.array([[0.0, 0.0, -1.0]], mask=[[0, 0, 1]])
+    air = leeward.Air("kolibri")
+    with pytest.raises(ValueError, match="xyz has masked"):
+        air.speed(masked)
+    with pytest.raises(ValueError, match="t_s has masked"):
+        scout.position(masked[0])
+    with pytest.raises(ValueError, match="depths_m has masked"):
+        leeward.separation("kolibri", under="kolibri", depths_m=np.ma.masked_less([0.5, 2.0], 1.0))
+    # Nothing is lost of one without a masked value.
+    assert air.speed(np.ma.array([[0.0, 0.0, -1.0]])) == air.speed([0.0, 0.0, -1.0])
+
+
+def test_what_is_of_another_kind_is_told(two):
+    with pytest.raises(TypeError, match="plan is a str; a Plan is wanted"):
+        leeward.fly("plan.json")
+    with pytest.raises(TypeError, match="plan is a str; a Plan is wanted"):
+        leeward.Running("plan.json")
+    with pytest.raises(TypeError, match="receiver is a str; an Air is wanted"):
+        leeward.Air("kolibri").mean_over_discs("kolibri", [0.0, 0.0, -2.0])
+    running = leeward.Running(two)
+    with pytest.raises(TypeError, match="'x' is no change"):
+        running.replan(3.0, ["x"])
+    with pytest.raises(TypeError, match="a list of them"):
+        running.replan(3.0, leeward.Removed("scout"))
+
+
 def test_ctrl_c_stops_planning():
     # A process that is started in the background inherits that it ignores the signal.
     signal.signal(signal.SIGINT, signal.default_int_handler)

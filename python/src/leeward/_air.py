@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _leeward
+from ._arrays import Floats, floats
 
 if TYPE_CHECKING:
     import pandas as _pandas
-
-Floats = npt.NDArray[np.float64]
 
 #: Airframes that are known by name.
 PRESETS: tuple[str, ...] = tuple(_leeward.PRESETS)
@@ -99,6 +98,9 @@ class Air:
 
     def mean_over_discs(self, receiver: Air, xyz: npt.ArrayLike) -> Floats:
         """Mean axial speed (m/s) over the rotor discs of a level drone at such offsets; (n,)."""
+        if not isinstance(receiver, Air):
+            kind = type(receiver).__name__
+            raise TypeError(f"receiver is a {kind}; an Air is wanted: Air({receiver!r})")
         return self._air.mean_over_discs(receiver._air, _rows(xyz))
 
     def __repr__(self) -> str:
@@ -113,7 +115,7 @@ def _count(propellers: Any) -> int:
 
 
 def _rows(xyz: npt.ArrayLike) -> Floats:
-    rows = np.ascontiguousarray(np.asarray(xyz, dtype=np.float64))
+    rows = np.ascontiguousarray(floats("xyz", xyz))
     return rows[None, :] if rows.ndim == 1 else rows
 
 
@@ -221,7 +223,7 @@ def separation(
 
 
 def _line(given: Any, usual: Floats, name: str) -> Floats:
-    line = usual if given is None else np.atleast_1d(np.asarray(given, dtype=np.float64))
+    line = usual if given is None else np.atleast_1d(floats(name, given))
     if line.ndim != 1 or line.size == 0 or not np.isfinite(line).all():
         raise ValueError(f"{name}: a line of finite lengths (m) is asked for")
     return np.sort(line)

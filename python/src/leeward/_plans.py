@@ -15,13 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _leeward
+from ._arrays import Floats, floats
 from ._errors import PlanError
 from ._ron import Scenario, text_of
 
 if TYPE_CHECKING:
     import pandas as _pandas
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -76,8 +75,11 @@ class DronePlan(Mapping[str, Any]):
         return np.asarray(self._data["trajectory"]["t_s"], dtype=np.float64)
 
     def position(self, t_s: npt.ArrayLike) -> Floats:
-        """Where it is at some times (s): shape (n, 3), m; NaN where it has not come or has left."""
-        times = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
+        """Where it is at some times (s, finite): shape (n, 3), m; NaN where it has not come or has
+        left."""
+        times = np.atleast_1d(floats("t_s", t_s))
+        if not np.isfinite(times).all():
+            raise ValueError("t_s must be finite, every time of it")
         return self._plan._plan.positions(self._index, np.ascontiguousarray(times.ravel()))
 
     def __getitem__(self, key: str) -> Any:
@@ -211,13 +213,17 @@ class Plan:
     def __iter__(self) -> Iterator[DronePlan]:
         return iter(self._drones.values())
 
+    def __contains__(self, drone: object) -> bool:
+        """Whether it has a drone of this name, or this drone."""
+        return (isinstance(drone, str) and drone in self._drones) or any(it == drone for it in self)
+
     def __len__(self) -> int:
         return len(self._drones)
 
     def times(self, dt_s: float) -> Floats:
         """From 0 to the end of the last motion in steps of ``dt_s`` (s)."""
-        if not dt_s > 0.0:
-            raise ValueError(f"dt_s is {dt_s} s; it must be above 0")
+        if not 0.0 < dt_s < np.inf:
+            raise ValueError(f"dt_s is {dt_s} s; it must be finite and above 0")
         last_s = max((float(it.t_s[-1]) for it in self if it.t_s.size), default=0.0)
         steps = np.arange(int(np.ceil(last_s / dt_s)) + 1)
         return np.asarray(steps * dt_s, dtype=np.float64)
@@ -405,6 +411,9 @@ def fly(
     the plan's, else 1 and 0.6; ``gusts``: over the centreline speed, 0 for none; ``lean``: air
     leaves along the thrust; ``until_s``: only up to this time (s, from 0).
     """
+    if not isinstance(plan, Plan):
+        kind = type(plan).__name__
+        raise TypeError(f"plan is a {kind}; a Plan is wanted: Plan.load reads one from a file")
     air = (gusts, lean, seed)
     cases = (list(controllers), list(feed_forward), [float(it) for it in convection])
     return Flown(json.loads(_leeward.fly(plan._plan, cases, air, until_s)))

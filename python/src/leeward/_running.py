@@ -71,6 +71,9 @@ class Running:
     """
 
     def __init__(self, plan: Plan, scenario: Scenario | None = None) -> None:
+        if not isinstance(plan, Plan):
+            kind = type(plan).__name__
+            raise TypeError(f"plan is a {kind}; a Plan is wanted: Plan.load reads one from a file")
         world = plan._world
         if scenario is not None:
             name, text, folder = text_of(scenario)
@@ -91,6 +94,8 @@ class Running:
         Raises ``ChangeError`` with all that is wrong with them; then nothing has changed. Ctrl-C
         stops it, and ends this run.
         """
+        if isinstance(changes, (Late, Removed, Retasked)):
+            raise TypeError("changes is one change; a list of them is wanted")
         found = json.loads(self._running.replan(float(at_s), [_told(it) for it in changes]))
         return Replanned(
             changed=found["changed"],
@@ -100,6 +105,8 @@ class Running:
 
 
 def _told(change: Change) -> _leeward._Change:
+    if not isinstance(change, (Late, Removed, Retasked)):
+        raise TypeError(f"{change!r} is no change; a list of Late, Removed or Retasked is wanted")
     if isinstance(change, Late):
         return ("late", change.drone, float(change.by_s), [])
     if isinstance(change, Removed):
