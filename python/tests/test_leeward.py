@@ -484,6 +484,15 @@ def test_what_is_of_another_kind_is_told(two):
         running.replan(3.0, leeward.Removed("scout"))
 
 
+def test_errors_say_where_in_a_dict():
+    nowhere = {**AS_DICT, "drones": [{**AS_DICT["drones"][0], "start_m": (1.0, 1.0, np.nan)}]}
+    with pytest.raises(leeward.ScenarioError, match=r"`drones\[0\]\.start_m\[2\]`: nan") as caught:
+        leeward.plan(nowhere)
+    assert caught.value.problems[0].file == "scenario"
+    with pytest.raises(TypeError, match=r"drones\[0\]\.start_m is a"):
+        leeward.plan({**AS_DICT, "drones": [{"start_m": object()}]})
+
+
 def test_ctrl_c_stops_planning():
     # A process that is started in the background inherits that it ignores the signal.
     signal.signal(signal.SIGINT, signal.default_int_handler)
