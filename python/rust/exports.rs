@@ -55,7 +55,7 @@ pub(crate) fn export(
         untimed_ok,
         kept: Default::default(),
     };
-    let file = file::read(text).map_err(|error| no_plan(py, &error))?;
+    let file = file::read(text).map_err(|error| no_plan(py, None, &error))?;
     let made = wait(py, &Stop::default(), move || {
         let examined = examine(&file, false);
         match examined.plan.violations.len() + examined.untold {

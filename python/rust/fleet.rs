@@ -78,10 +78,10 @@ impl Plan {
 
 #[pymethods]
 impl Plan {
-    /// Reads the text of a plan.json, with the results that follow from it.
+    /// Reads the text of a plan.json, called `path`, with the results that follow from it.
     #[staticmethod]
-    fn read(py: Python<'_>, text: &str) -> PyResult<Plan> {
-        let file = file::read(text).map_err(|error| no_plan(py, &error))?;
+    fn read(py: Python<'_>, path: &str, text: &str) -> PyResult<Plan> {
+        let file = file::read(text).map_err(|error| no_plan(py, Some(path), &error))?;
         wait(py, &Stop::default(), move || {
             let Examination {
                 mut plan, untold, ..
@@ -227,10 +227,15 @@ fn blocked(py: Python<'_>, conflicts: &EndpointConflicts, world: &planner::World
     )
 }
 
-/// The verifier's examination of a plan's text, as JSON.
+/// The verifier's examination of a plan's text, of a file where it has one, as JSON.
 #[pyfunction]
-pub(crate) fn check(py: Python<'_>, text: String, late: bool) -> PyResult<String> {
-    let file: PlanFile = file::read(&text).map_err(|error| no_plan(py, &error))?;
+pub(crate) fn check(
+    py: Python<'_>,
+    path: Option<&str>,
+    text: &str,
+    late: bool,
+) -> PyResult<String> {
+    let file: PlanFile = file::read(text).map_err(|error| no_plan(py, path, &error))?;
     wait(py, &Stop::default(), move || {
         let found = examine(&file, late);
         let violations = &found.plan.violations;

@@ -39,11 +39,13 @@ pub(crate) fn scenario(
     refused(py, "ScenarioError", &problems.to_string(), &entries)
 }
 
-/// Why a text is no plan: its fields, the first at its line and column, from 1.
-pub(crate) fn no_plan(py: Python<'_>, why: &NotAPlan) -> PyErr {
+/// Why the text of a file, where it is of one, is no plan: its fields, the first at its line and
+/// column, from 1.
+pub(crate) fn no_plan(py: Python<'_>, file: Option<&str>, why: &NotAPlan) -> PyErr {
     let entry = |message: String, place: Option<(usize, usize)>| {
         json!({
             "message": message,
+            "file": file,
             "line": place.map(|(line, _)| line),
             "column": place.map(|(_, column)| column),
         })
@@ -62,7 +64,8 @@ pub(crate) fn no_plan(py: Python<'_>, why: &NotAPlan) -> PyErr {
         }
         other => vec![entry(other.to_string(), None)],
     };
-    refused(py, "PlanError", &why.to_string(), &entries)
+    let named = file.map_or(String::new(), |file| format!("{file}: "));
+    refused(py, "PlanError", &format!("{named}{why}"), &entries)
 }
 
 /// What is wrong with a recording, each at its file and line.

@@ -493,6 +493,17 @@ def test_errors_say_where_in_a_dict():
         leeward.plan({**AS_DICT, "drones": [{"start_m": object()}]})
 
 
+def test_of_a_text_that_is_no_plan_the_file_is_told(tmp_path):
+    cut = tmp_path / "cut.json"
+    cut.write_text("{")
+    for read in (leeward.Plan.load, leeward.check):
+        with pytest.raises(leeward.PlanError) as caught:
+            read(cut)
+        assert str(caught.value).startswith(f"{cut}: `.`: EOF while parsing")
+        (problem,) = caught.value.problems
+        assert (problem.file, problem.line) == (str(cut), 1)
+
+
 def test_ctrl_c_stops_planning():
     # A process that is started in the background inherits that it ignores the signal.
     signal.signal(signal.SIGINT, signal.default_int_handler)

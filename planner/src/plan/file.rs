@@ -254,7 +254,9 @@ fn told(faults: &[FieldFault], (line, column): (usize, usize)) -> String {
 
 impl NotAPlan {
     fn at(error: &serde_json::Error, mut faults: Vec<FieldFault>) -> NotAPlan {
-        if let Some(whole) = faults.first_mut().filter(|it| it.place.is_empty()) {
+        // Where the text breaks off there may be no field: `?`.
+        let is_whole = |it: &&mut FieldFault| ["", "?"].contains(&it.place.as_str());
+        if let Some(whole) = faults.first_mut().filter(is_whole) {
             ".".clone_into(&mut whole.place);
         }
         NotAPlan::Fields {

@@ -118,7 +118,7 @@ class Plan:
         differ.
         """
         text = _text_of(path)
-        plan = Plan(_leeward.Plan.read(text))
+        plan = Plan(_leeward.Plan.read(os.fspath(path), text))
         plan._stated = text
         return plan
 
@@ -347,10 +347,10 @@ def check(plan: Union[Plan, str, os.PathLike[str]], *, late: bool = False) -> Ch
     ``late``: also how late each drone may be, which takes longer. Raises ``PlanError``.
     """
     if isinstance(plan, Plan):
-        text = plan._plan.json() if plan._stated is None else plan._stated
+        path, text = None, plan._plan.json() if plan._stated is None else plan._stated
     else:
-        text = _text_of(plan)
-    found = json.loads(_leeward.check(text, late))
+        path, text = os.fspath(plan), _text_of(plan)
+    found = json.loads(_leeward.check(path, text, late))
     examined = found["examination"]
     return Check(
         violations=[Violation._of(it) for it in found["violations"]],
