@@ -1,7 +1,6 @@
 //! `plan simulate RECORDING...`: what the declared simulation would have recorded, beside what was.
 
 mod csv;
-mod forces;
 mod simulated;
 mod skill;
 mod words;
@@ -15,11 +14,13 @@ use diagnosis::forward::residuals::by_region;
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding_file::FindingFile;
 use diagnosis::record::recording::{Recording, Vehicle};
+use diagnosis::thrust::maps::identify_all;
 
 use super::applied;
 use super::recordings::{Asked, Read};
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
+use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::sections::{Figure, Part};
 use crate::report::words::channel_words;
@@ -67,7 +68,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         .then(|| skill::held_out(&recordings))
         .transpose()
         .map_err(Failure::HeldOut)?;
-    let thrust_maps = forces::identify_all(&mut recordings);
+    let progress = Progress::start("identifying thrust maps", 1);
+    let thrust_maps = identify_all(&mut recordings);
+    progress.finish();
     let all = simulate_all(recordings);
     let samples: Vec<Sample> = all.iter().flat_map(|one| &one.samples).copied().collect();
     if samples.is_empty() {

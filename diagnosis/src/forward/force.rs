@@ -14,13 +14,14 @@ use nalgebra::Point3;
 
 use crate::forward::flow::Flow;
 use crate::forward::receiver;
-use crate::forward::simulate::{Channel, Sample};
+use crate::forward::simulate::{self as readings, Channel, Sample, Simulation};
 use crate::record::baseline::ReceiverAir;
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
 use crate::record::thrust_map::ThrustMap;
 use crate::record::track::ThrustSource;
 use crate::thrust::free_flight::Trace;
+use crate::thrust::identify::LOW_PASS;
 use crate::thrust::low_pass::{self, LowPass};
 
 /// The vertical force on one vehicle at each entry of its track: recorded, and what any air makes
@@ -98,6 +99,20 @@ pub(crate) fn recorded_n(trace: &Trace, thrust_n: &[f64], low_pass: LowPass) -> 
     trace.smooth(low_pass, &mut smooth_n);
     let both = trace.lift_n.iter().zip(smooth_n);
     both.map(|(lift_n, thrust_n)| lift_n - thrust_n).collect()
+}
+
+/// Every reading of a recording, then every vertical force that its thrust maps allow, as its
+/// baseline declares the simulation.
+#[must_use]
+pub fn simulate_all(recording: &Recording) -> Simulation {
+    let Simulation {
+        mut samples,
+        mut left_out,
+    } = readings::simulate(recording);
+    let (forces, without_force) = simulate(recording, &Flow::new(recording), LOW_PASS);
+    samples.extend(forces);
+    left_out.extend(without_force);
+    Simulation { samples, left_out }
 }
 
 /// Every vertical force of a recording that a thrust map allows, as its baseline declares the

@@ -40,6 +40,10 @@ const OUTSIDE_SHARE: f64 = 0.01;
 /// Rows below which nothing is identified, for each term. Chosen here.
 const ROWS_PER_TERM: usize = 20;
 
+/// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes
+/// are met more slowly.
+pub const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
+
 /// How a thrust map is identified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -69,7 +73,7 @@ impl Default for Options {
             terms: CUBIC_FROM_ZERO.to_vec(),
             base: None,
             lag: Lag::UpTo(0.15),
-            low_pass: LowPass { cutoff_hz: 5.0 },
+            low_pass: LOW_PASS,
         }
     }
 }

@@ -1,17 +1,16 @@
 //! Recordings, simulated, and what programs read of them.
 
 use diagnosis::campaign::Applied;
-use diagnosis::forward::flow::Flow;
 use diagnosis::forward::force;
 use diagnosis::forward::residuals::Region;
-use diagnosis::forward::simulate::{Sample, simulate};
+use diagnosis::forward::simulate::Sample;
 use diagnosis::infer::noticed::RemarkOf;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::Remark;
+use diagnosis::thrust::maps::IdentifiedMap;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::forces::{LOW_PASS, Map};
 use super::skill::Skill;
 use crate::io::progress::Progress;
 
@@ -30,7 +29,7 @@ pub(super) struct Printed<'a> {
     pub(super) recordings: Vec<&'a str>,
     pub(super) samples: usize,
     pub(super) regions: Vec<Region>,
-    pub(super) thrust_maps: Vec<Map>,
+    pub(super) thrust_maps: Vec<IdentifiedMap>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) held_out: Option<Skill>,
     /// What a finding from other recordings changes.
@@ -41,12 +40,10 @@ pub(super) struct Printed<'a> {
 
 impl Simulated {
     fn of(recording: Recording) -> Simulated {
-        let simulation = simulate(&recording);
-        let (forces, left_out) = force::simulate(&recording, &Flow::new(&recording), LOW_PASS);
-        let remarks = [&recording.remarks, &simulation.left_out, &left_out];
+        let simulation = force::simulate_all(&recording);
         Simulated {
-            samples: [simulation.samples, forces].concat(),
-            remarks: remarks.into_iter().flatten().cloned().collect(),
+            samples: simulation.samples,
+            remarks: [&recording.remarks[..], &simulation.left_out].concat(),
             recording,
         }
     }

@@ -4,8 +4,9 @@ use airflow::Superposition;
 use diagnosis::forward::residuals::{Axis, Region};
 use diagnosis::forward::simulate::Channel;
 use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use diagnosis::record::track::ThrustSource;
+use diagnosis::thrust::maps::IdentifiedMap;
 
-use super::forces::Map;
 use super::simulated::{Printed, Simulated};
 use super::skill::Skill;
 use crate::commands::recordings::sentences;
@@ -33,7 +34,7 @@ pub(super) fn report(
             by_region(&printed.regions),
         ],
     );
-    let maps = printed.thrust_maps.iter().map(Map::sentence).collect();
+    let maps = printed.thrust_maps.iter().map(map_words).collect();
     report.section("Thrust maps, identified in free flight", Part::list(maps));
     let held_out = printed
         .held_out
@@ -47,6 +48,42 @@ pub(super) fn report(
     let remarks = sentences(&printed.remarks, "residuals.json");
     report.section("Remarks", Part::list(remarks));
     report
+}
+
+/// A thrust map, and how well it is known.
+fn map_words(map: &IdentifiedMap) -> String {
+    let found = &map.identification;
+    let kind = match map.offset_only {
+        true => "stated thrust map and an offset",
+        false => "thrust map fitted",
+    };
+    let [low, high] = found.map.duty_range();
+    let [least_v, most_v] = found.battery_range_v;
+    let outside = format!("({} rows outside)", found.rows_outside);
+    let (battery, range) = match map.source {
+        ThrustSource::DutyCycle => (
+            format!(", {:+.1} % thrust a volt", 100.0 * found.battery_per_v),
+            format!(
+                "duty cycles {low:.2} to {high:.2} {outside} and {least_v:.2} to {most_v:.2} V"
+            ),
+        ),
+        ThrustSource::RotorSpeed => (
+            String::new(),
+            format!("tips of rotors at {low:.2} to {high:.2} of the speed of sound {outside}"),
+        ),
+        ThrustSource::Thrust | ThrustSource::ReadyForce => {
+            (String::new(), format!("thrust as logged {outside}"))
+        }
+    };
+    format!(
+        "{}: {kind}, {:+.4} N at rest, lag {:.0} ms{battery}; leaves {:.4} N rms of {} rows in {} flights; for {range}",
+        map.airframe,
+        found.offset_n,
+        1000.0 * found.map.lag_s(),
+        found.scatter_n,
+        found.rows,
+        found.flights,
+    )
 }
 
 /// `1 recording, 2 drones (kolibri, offboard-1), 1240 samples, 1240 s`.

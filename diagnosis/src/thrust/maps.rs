@@ -1,80 +1,42 @@
-//! Thrust maps of drones, identified in free flight: what forces below other drones are simulated
-//! with.
+//! Thrust maps of all drones of some recordings, identified in free flight: what forces below other
+//! drones are simulated with.
 
 use std::collections::BTreeMap;
 
-use diagnosis::record::recording::{Recording, Vehicle};
-use diagnosis::record::remark::{Remark, RemarkKind};
-use diagnosis::record::track::ThrustSource;
-use diagnosis::thrust::identify::{Identification, Options, identify};
-use diagnosis::thrust::low_pass::LowPass;
 use serde::Serialize;
 
-use crate::io::progress::Progress;
-
-/// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes
-/// are met more slowly.
-pub(super) const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
+use crate::record::recording::{Recording, Vehicle};
+use crate::record::remark::{Remark, RemarkKind};
+use crate::record::track::ThrustSource;
+use crate::thrust::identify::{Identification, Options, identify};
 
 /// The thrust map of one kind of drone and what it takes.
-#[derive(Serialize)]
-pub(crate) struct Map {
-    pub(crate) airframe: String,
+#[derive(Clone, Debug, Serialize)]
+pub struct IdentifiedMap {
+    /// Its kind, by name.
+    pub airframe: String,
     /// What it takes.
-    pub(crate) source: ThrustSource,
+    pub source: ThrustSource,
     /// Whether only an offset was added to a map that the metadata state.
-    pub(crate) offset_only: bool,
+    pub offset_only: bool,
+    /// The map itself.
     #[serde(flatten)]
-    pub(crate) identification: Identification,
+    pub identification: Identification,
 }
 
-impl Map {
+impl IdentifiedMap {
     /// Whether it gives a vehicle's thrust.
-    pub(super) fn is_of(&self, vehicle: &Vehicle) -> bool {
+    #[must_use]
+    pub fn is_of(&self, vehicle: &Vehicle) -> bool {
         self.airframe == vehicle.airframe.name()
             && Some(self.source) == vehicle.track.thrust_source()
-    }
-
-    pub(crate) fn sentence(&self) -> String {
-        let found = &self.identification;
-        let kind = match self.offset_only {
-            true => "stated thrust map and an offset",
-            false => "thrust map fitted",
-        };
-        let [low, high] = found.map.duty_range();
-        let [least_v, most_v] = found.battery_range_v;
-        let outside = format!("({} rows outside)", found.rows_outside);
-        let (battery, range) = match self.source {
-            ThrustSource::DutyCycle => (
-                format!(", {:+.1} % thrust a volt", 100.0 * found.battery_per_v),
-                format!(
-                    "duty cycles {low:.2} to {high:.2} {outside} and {least_v:.2} to {most_v:.2} V"
-                ),
-            ),
-            ThrustSource::RotorSpeed => (
-                String::new(),
-                format!("tips of rotors at {low:.2} to {high:.2} of the speed of sound {outside}"),
-            ),
-            ThrustSource::Thrust | ThrustSource::ReadyForce => {
-                (String::new(), format!("thrust as logged {outside}"))
-            }
-        };
-        format!(
-            "{}: {kind}, {:+.4} N at rest, lag {:.0} ms{battery}; leaves {:.4} N rms of {} rows in {} flights; for {range}",
-            self.airframe,
-            found.offset_n,
-            1000.0 * found.map.lag_s(),
-            found.scatter_n,
-            found.rows,
-            found.flights,
-        )
     }
 }
 
 /// Identifies a thrust map for every airframe that logs specific force and what tells its thrust,
 /// over all recordings, and gives it to its drones. Where that fails the recordings say so, and
 /// keep the map that their metadata state, if any.
-pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
+pub fn identify_all(recordings: &mut [Recording]) -> Vec<IdentifiedMap> {
     let mut members_of: BTreeMap<(String, ThrustSource), Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {
         for (vehicle, drone) in of.vehicles.iter().enumerate() {
@@ -87,19 +49,14 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
             }
         }
     }
-    let progress = Progress::start("identifying thrust maps", members_of.len());
     let mut maps = Vec::new();
     for ((airframe, source), members) in members_of {
-        progress.done_one();
         let is_of_duty = source == ThrustSource::DutyCycle;
         let stated = members.iter().find_map(|&(recording, vehicle)| {
             let of = &recordings[recording].vehicles[vehicle];
             of.thrust_map.clone().filter(|_| is_of_duty)
         });
-        let mut options = Options {
-            low_pass: LOW_PASS,
-            ..Options::default()
-        };
+        let mut options = Options::default();
         if let Some(map) = &stated {
             options = options.on(map);
         }
@@ -120,13 +77,12 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
             let drone = &mut recordings[recording].vehicles[vehicle];
             drone.thrust_map = Some(identification.map.clone());
         }
-        maps.push(Map {
+        maps.push(IdentifiedMap {
             airframe,
             source,
             offset_only: stated.is_some(),
             identification,
         });
     }
-    progress.finish();
     maps
 }
