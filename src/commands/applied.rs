@@ -11,7 +11,7 @@ use diagnosis::infer::noticed::RemarkOf;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
 
-use super::diagnose::{amount, is_log};
+use super::diagnose::amount;
 use crate::io::failure::Failure;
 use crate::io::files::{self, MOST_SCENARIO_BYTES};
 use crate::plots;
@@ -38,17 +38,16 @@ pub(crate) fn judge(
     channel: Option<Channel>,
     finding: &FindingFile,
 ) -> Result<Applied, Failure> {
-    let logs = recordings.iter().filter(|one| is_log(one)).count();
-    if logs == recordings.len() {
+    let is_of_forces = recordings.iter().any(Recording::is_of_a_force);
+    if is_of_forces && recordings.iter().all(Recording::is_flight_log) {
         let options = CampaignOptions {
             judge,
             alone: finding.is_alone,
         };
         return Ok(apply_campaign(recordings, &options, &finding.correction)?);
     }
-    if logs > 0 {
-        let others = recordings.iter().filter(|one| !is_log(one));
-        return Err(Failure::not_only_flight_logs(others));
+    if is_of_forces {
+        return Err(Failure::not_only_forces(recordings));
     }
     let applied = apply(recordings, channel, &finding.correction);
     let nothing = |channel| {

@@ -9,13 +9,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use diagnosis::campaign::flights::Flights;
-use diagnosis::campaign::{diagnose_campaign, diagnose_sideways};
+use diagnosis::campaign::{diagnose_campaign, diagnose_sideways, take_forceless};
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
 use diagnosis::infer::finding::{FORMAT, Finding, Verdict};
 use diagnosis::infer::finding_file::{FindingFile, finding_ron, read_finding};
 use diagnosis::infer::noticed::{RemarkOf, Remarked, noticed};
-use diagnosis::record::recording::{Recording, Vehicle};
+use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
 use super::answers::Printed;
@@ -96,11 +96,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(Failure::Inapplicable(refused.collect()));
     }
     let Read {
-        recordings,
+        mut recordings,
         name,
-        left_out,
+        mut left_out,
     } = arguments.asked.read()?;
-    let logs = recordings.iter().filter(|one| is_log(one)).count();
+    left_out.extend(take_forceless(&mut recordings));
+    let logs = recordings.iter().filter(|one| one.is_of_a_force()).count();
     let are_logs = logs > 0 && logs == recordings.len();
     if are_logs && let Some(channel) = arguments.channel {
         return Err(Failure::Inapplicable(vec![format!(
@@ -124,12 +125,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             return hardware::run(&arguments.asked, &name, (&recordings, left_out), names);
         }
         (true, None) => {
-            let (answer, found) = run_flights(arguments, (&recordings, left_out), &name)?;
+            let told = sentences(&left_out, MAIN);
+            let found = run_flights(arguments, (&recordings, left_out), &name);
+            let (answer, found) = found.map_err(|failure| match failure {
+                Failure::Campaign(error) => Failure::LeftOfCampaign {
+                    error,
+                    left_out: told,
+                },
+                other => other,
+            })?;
             return judge_others(arguments, recordings, (&name, &found), answer);
         }
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
-            let others = recordings.iter().filter(|one| !is_log(one));
-            return Err(Failure::not_only_flight_logs(others));
+            return Err(Failure::not_only_forces(&recordings));
         }
         _ => {}
     }
@@ -170,8 +178,8 @@ fn undiagnosed(
     errors: Vec<DiagnoseError>,
 ) -> Failure {
     let is_empty = |error: &DiagnoseError| matches!(error, DiagnoseError::NothingToCompare(..));
-    let is_log = |one: &Recording| one.probes.is_none() && one.receivers.is_empty();
-    match channel.is_none() && errors.iter().all(is_empty) && recordings.iter().all(is_log) {
+    let are_logs = recordings.iter().all(Recording::is_flight_log);
+    match channel.is_none() && errors.iter().all(is_empty) && are_logs {
         // A force may be what was meant.
         true => Failure::nothing_to_compare(recordings.iter()),
         false => Failure::Diagnose(errors),
@@ -344,14 +352,6 @@ fn report(recording: &Recording, finding: &Finding) -> Report {
     let subtitle = format!("{what}; {}", words::verdict(finding));
     let figures = plots::finding::draw(recording, finding, &subtitle);
     words::report(&recording.name, what, finding, figures)
-}
-
-/// Whether it can only be judged by the forces on its drones.
-pub(crate) fn is_log(recording: &Recording) -> bool {
-    let logs_motors = |vehicle: &Vehicle| vehicle.track.is_of_a_force();
-    recording.probes.is_none()
-        && recording.receivers.is_empty()
-        && recording.vehicles.iter().any(logs_motors)
 }
 
 /// One after the other: each takes all threads.

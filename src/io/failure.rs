@@ -106,6 +106,13 @@ pub(crate) enum Failure {
     },
     #[error(transparent)]
     Campaign(#[from] CampaignError),
+    /// A campaign that cannot be diagnosed with what is left of it.
+    #[error("{error}{}", told(.left_out))]
+    LeftOfCampaign {
+        error: CampaignError,
+        /// Logs that are left out, and why.
+        left_out: Vec<String>,
+    },
     #[error(
         "no flight logs: {others}; diagnose these by themselves: logs are judged together, and --alone, --near-floor and --normal are for them"
     )]
@@ -165,11 +172,16 @@ impl Failure {
         }
     }
 
-    /// Names recordings that are no flight logs among others that are.
-    pub(crate) fn not_only_flight_logs<'r>(others: impl Iterator<Item = &'r Recording>) -> Failure {
+    /// What is not to be judged by forces: recordings that are no flight logs, or logs that lack
+    /// what a force needs.
+    pub(crate) fn not_only_forces(recordings: &[Recording]) -> Failure {
+        let others = recordings.iter().filter(|one| !one.is_flight_log());
         let names: Vec<&str> = others.map(|one| one.name.as_str()).collect();
-        Failure::NotOnlyFlightLogs {
-            others: first_few(names.iter(), MOST_LISTED, ", "),
+        match names.is_empty() {
+            true => Failure::Campaign(CampaignError::no_force(recordings)),
+            false => Failure::NotOnlyFlightLogs {
+                others: first_few(names.iter(), MOST_LISTED, ", "),
+            },
         }
     }
 

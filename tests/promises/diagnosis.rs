@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use diagnosis::campaign::take_forceless;
+use diagnosis::record::read;
 use serde_json::Value;
 
 /// A synthetic recording with a wind that is not in its metadata; it ships.
@@ -476,4 +478,70 @@ fn what_is_meant_for_flight_logs_is_refused_on_other_recordings() {
         let errors = String::from_utf8(output.stderr).unwrap();
         assert!(errors.contains("no flight logs: draughty-hall"), "{errors}");
     }
+}
+
+#[test]
+fn of_flight_logs_those_of_which_no_force_can_be_told_are_left_out_with_what_they_lack() {
+    let campaign = r#"(
+        name: "hall", air: (temperature_c: 20), acceleration: SpecificForceInBody,
+        types: { "t": (mass_kg: Stated(1), propeller_diameter_m: Stated(0.2), motor_distance_m: Stated(0.4), rotor_offset_m: Stated((0, 0, 0))) },
+        vehicles: { "v": "t" },
+    )"#;
+    let log = |forces: bool| {
+        let mut log = "t_s,x_m,y_m,z_m,ax_mps2,ay_mps2,az_mps2".to_owned();
+        log += if forces { ",thrust_n\n" } else { "\n" };
+        for row in 0..200 {
+            let t_s = 0.02 * f64::from(row);
+            let lift_n = 9.81 + 0.3 * (2.0 * t_s).sin();
+            log += &format!("{t_s:.2},0,0,1,0,0,{lift_n:.4}");
+            log += &if forces {
+                format!(",{lift_n:.4}\n")
+            } else {
+                "\n".to_owned()
+            };
+        }
+        log
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [
+        ("campaign.ron", campaign.to_owned()),
+        ("bare.csv", log(false)),
+        ("whole.csv", log(true)),
+    ] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let said = |arguments: &[&str]| {
+        let output = plan(folder.path(), &[&["diagnose"], arguments].concat());
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    // The other is judged, and is too short for that.
+    let both = said(&["."]);
+    assert!(!both.contains("no flight logs"), "{both}");
+    assert!(both.contains("one flight alone"), "{both}");
+    assert!(both.contains("; bare: is left out: no force"), "{both}");
+    assert!(both.contains("`v` lacks motors"), "{both}");
+    for option in [&[][..], &["--alone"]] {
+        let one = said(&[&["bare.csv"], option].concat());
+        assert!(!one.contains("no flight logs"), "{one}");
+        assert!(one.contains("of bare lacks motors"), "{one}");
+    }
+
+    let read = |name: &str| {
+        let campaign = read::Campaign::parse("campaign.ron", campaign).unwrap();
+        let text = fs::read(folder.path().join(name).with_extension("csv")).unwrap();
+        read::read_log(name, name, &text[..], &campaign).unwrap()
+    };
+    let mut recordings = vec![read("bare"), read("whole")];
+    let left_out = take_forceless(&mut recordings);
+    assert_eq!(recordings.len(), 1);
+    assert_eq!(recordings[0].name, "whole");
+    assert_eq!(left_out.len(), 1);
+    assert_eq!(left_out[0].recording, "bare");
+    let message = &left_out[0].remark.message;
+    assert!(message.starts_with("is left out: no force"), "{message}");
+    assert!(message.contains("lacks motors"), "{message}");
+    // Where none tells a force all stay, to be told together.
+    let mut recordings = vec![read("bare")];
+    assert!(take_forceless(&mut recordings).is_empty() && recordings.len() == 1);
 }

@@ -15,9 +15,11 @@ use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::diagnose::{NEARLY_ALL, departing, detectable, effects, ranked};
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
+use crate::infer::noticed::RemarkOf;
 use crate::infer::outside::{Remains, global_test, is_beyond_doubt, is_sure, outside, standing};
 use crate::infer::select::{Tried, flexible, singles};
 use crate::record::recording::Recording;
+use crate::record::remark::{Remark, RemarkKind};
 use crate::statistics::held_out::{FOLDS, Gain};
 use crate::statistics::quantile::root_mean_square;
 use crate::statistics::scan;
@@ -73,10 +75,35 @@ impl CampaignError {
 /// The columns that a force needs and that vehicles of a recording lack, in words, a vehicle each.
 #[must_use]
 pub fn lacking(recording: &Recording) -> Vec<String> {
+    let words = |id: &str, missing| format!("`{id}` of {} lacks {missing}", recording.name);
+    missing_in(recording, words)
+}
+
+/// Takes flight logs of which no force can be told out of recordings where others are of one; a
+/// remark on each says what it lacks.
+#[must_use]
+pub fn take_forceless(recordings: &mut Vec<Recording>) -> Vec<RemarkOf> {
+    if !recordings.iter().any(Recording::is_of_a_force) {
+        return Vec::new();
+    }
+    let is_forceless = |one: &mut Recording| one.is_flight_log() && !one.is_of_a_force();
+    let taken = recordings.extract_if(.., is_forceless);
+    let remark = |one: Recording| {
+        let lacks = missing_in(&one, |id, missing| format!("`{id}` lacks {missing}"));
+        let message = format!(
+            "is left out: no force can be told from it: {}",
+            lacks.join("; ")
+        );
+        RemarkOf::new(&one, &Remark::new(RemarkKind::Unused, None, message))
+    };
+    taken.map(remark).collect()
+}
+
+/// Of each vehicle that lacks something for a force: words of its id and what that is.
+fn missing_in(recording: &Recording, words: impl Fn(&str, String) -> String) -> Vec<String> {
     let lacks = recording.vehicles.iter().filter_map(|vehicle| {
         let missing = vehicle.track.missing_for_a_force().join(" and ");
-        let words = || format!("`{}` of {} lacks {missing}", vehicle.id, recording.name);
-        (!missing.is_empty()).then(words)
+        (!missing.is_empty()).then(|| words(&vehicle.id, missing))
     });
     lacks.collect()
 }

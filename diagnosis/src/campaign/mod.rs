@@ -22,7 +22,9 @@ pub mod sideways;
 pub mod skill;
 
 pub use applied::{Applied, Compared, apply, apply_campaign};
-pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, lacking, near_floor};
+pub use diagnose::{
+    CampaignError, CampaignFinding, diagnose_campaign, lacking, near_floor, take_forceless,
+};
 pub use forces::{COORDINATES, CampaignOptions};
 pub use scatter::LEAST_OFFSET_N;
 pub use sideways::{SidewaysFinding, diagnose_sideways};

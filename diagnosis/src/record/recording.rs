@@ -45,6 +45,20 @@ impl Recording {
         let density_kg_per_m3 = self.environment.air.density_kg_per_m3();
         airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3)
     }
+
+    /// Whether it holds tracks alone: it can only be judged by the forces on its drones.
+    #[must_use]
+    pub fn is_flight_log(&self) -> bool {
+        self.probes.is_none() && self.receivers.is_empty()
+    }
+
+    /// Whether it is a flight log that tells what one of its drones' forces is judged by, whatever
+    /// else that may lack.
+    #[must_use]
+    pub fn is_of_a_force(&self) -> bool {
+        let mut vehicles = self.vehicles.iter();
+        self.is_flight_log() && vehicles.any(|it| it.track.is_of_a_force())
+    }
 }
 
 /// The surroundings of a recording.
