@@ -266,7 +266,8 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
     let entries = entries(folder)?;
     let logs = logs_of_tables(&entries);
     for entry in entries {
-        if entry.join(META).is_file() {
+        // One without its meta.json is told when it is read.
+        if (read::FOLDER_FILES.iter()).any(|file| entry.join(file).is_file()) {
             sources.push(Source::folder(entry));
         } else if entry.is_file() && !is_of(&entry, &logs) {
             sources.extend(Source::log(entry));

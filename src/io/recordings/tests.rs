@@ -186,3 +186,25 @@ fn a_log_without_metadata_asks_for_the_fewest_lines_that_would_do() {
     let asked = said(read_all(std::slice::from_ref(&path), None));
     assert!(asked.contains("vehicles: { \"a\": \"drone\" }"), "{asked}");
 }
+
+#[test]
+fn a_folder_of_tables_without_their_metadata_is_told_of_and_not_read() {
+    let folder = folder(&[
+        ("campaign.ron", CAMPAIGN_RON.as_bytes()),
+        ("a.csv", LOG.as_bytes()),
+        ("bare/probes.csv", b"t,probe,s\n"),
+        ("notes/read.me", b"no recording"),
+    ]);
+    let read = read_all(&[folder.path().to_owned()], None).expect("one is in order");
+    assert_eq!(names(&read), ["a"]);
+    let [(name, remark)] = &read.left_out[..] else {
+        panic!("{:?}", read.left_out);
+    };
+    let bare = folder.path().join("bare");
+    let message = format!(
+        "{} is left out: {}: is missing",
+        bare.display(),
+        bare.join("meta.json").display()
+    );
+    assert_eq!((&name[..], &remark.message), ("bare", &message));
+}
