@@ -29,6 +29,7 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<air::Separation>()?;
     module.add_class::<fleet::World>()?;
     module.add_class::<fleet::Plan>()?;
+    module.add_class::<recordings::Campaign>()?;
     module.add_class::<recordings::Recording>()?;
     module.add_class::<running::Running>()?;
     module.add_function(wrap_pyfunction!(fleet::plan, module)?)?;
@@ -36,6 +37,8 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fleet::fly, module)?)?;
     module.add_function(wrap_pyfunction!(exports::export, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::log_name, module)?)?;
+    module.add_function(wrap_pyfunction!(recordings::unused, module)?)?;
+    module.add_function(wrap_pyfunction!(recordings::no_force, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::diagnose, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::diagnose_flights, module)?)?;

@@ -1,59 +1,85 @@
 //! Recordings: read, simulated, diagnosed, calibrated.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use diagnosis::calibrate::{self as fits, jet_ron};
 use diagnosis::campaign::flights::Flights;
 use diagnosis::campaign::{
-    CampaignError, CampaignOptions, diagnose_campaign, diagnose_sideways, near_floor,
+    CampaignError, CampaignOptions, diagnose_campaign, diagnose_sideways, lacking, near_floor,
+    take_forceless,
 };
-use diagnosis::forward::simulate::{self as forward, Channel, Sample};
+use diagnosis::forward::force;
+use diagnosis::forward::simulate::{Channel, Sample, Simulation};
 use diagnosis::infer::diagnose::diagnose_channel;
 use diagnosis::infer::finding::FORMAT;
 use diagnosis::infer::finding_file::finding_ron;
 use diagnosis::infer::noticed::{RemarkOf, Remarked, doubts, noticed};
-use diagnosis::record::read::{self, Campaign};
+use diagnosis::record::problem::Problems;
+use diagnosis::record::read;
+use diagnosis::record::remark::{Remark, RemarkKind};
+use diagnosis::thrust::maps::identify_all;
 use numpy::IntoPyArray;
 use numpy::ndarray::{Array1, Array2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::refused::{fault, recording, sentence};
+use crate::refused::{fault, json_text, recording, sentence};
 use crate::waiting::{Stop, wait};
 
 /// A recording that was read.
 #[pyclass(frozen)]
 pub(crate) struct Recording(Arc<diagnosis::record::recording::Recording>);
 
+/// What speaks for flight logs.
+#[pyclass(frozen)]
+pub(crate) struct Campaign(read::Campaign);
+
+#[pymethods]
+impl Campaign {
+    /// Reads a campaign file's text (RON).
+    #[new]
+    fn new(py: Python<'_>, file: &str, text: &str) -> PyResult<Campaign> {
+        let read = read::Campaign::parse(file, text);
+        Ok(Campaign(read.map_err(|it| recording(py, &it))?))
+    }
+}
+
 #[pymethods]
 impl Recording {
-    /// From the files of its folder, by name.
+    /// From the files of its folder, by name; problems name them as they lie in it.
     #[staticmethod]
     fn read_folder(
         py: Python<'_>,
         name: &str,
+        folder: &str,
         files: BTreeMap<String, Vec<u8>>,
     ) -> PyResult<Recording> {
-        let read = read::read_folder(name, &files);
-        Ok(Recording(Arc::new(read.map_err(|it| recording(py, &it))?)))
+        let read = read::read_folder(name, &files).map_err(|Problems(mut problems)| {
+            for problem in &mut problems {
+                let path = Path::new(folder).join(&problem.file);
+                problem.file = path.display().to_string();
+            }
+            recording(py, &Problems(problems))
+        });
+        Ok(Recording(Arc::new(read?)))
     }
 
     /// From a flight log, with what it leaves unsaid.
     #[staticmethod]
     fn read_log(
         py: Python<'_>,
-        named: (String, String),
+        name: &str,
+        file: &str,
         bytes: &[u8],
-        campaign: (String, String),
+        campaign: &Campaign,
     ) -> PyResult<Recording> {
-        let (name, file) = (named.0.as_str(), named.1.as_str());
-        let refused = |it| recording(py, &it);
-        let campaign = Campaign::parse(&campaign.0, &campaign.1).map_err(refused)?;
-        let read = read::read_log(name, file, bytes, &campaign);
-        Ok(Recording(Arc::new(read.map_err(refused)?)))
+        let read = read::read_log(name, file, bytes, &campaign.0);
+        Ok(Recording(Arc::new(read.map_err(|it| recording(py, &it))?)))
     }
 
     #[getter]
@@ -61,12 +87,16 @@ impl Recording {
         &self.0.name
     }
 
-    /// Whether it can only be judged by the forces on its drones.
+    /// Whether it holds tracks alone.
     #[getter]
     fn is_flight_log(&self) -> bool {
-        self.0.probes.is_none()
-            && self.0.receivers.is_empty()
-            && self.0.vehicles.iter().any(|it| it.track.is_of_a_force())
+        self.0.is_flight_log()
+    }
+
+    /// Whether it is a flight log of which a drone's force can be told.
+    #[getter]
+    fn is_of_a_force(&self) -> bool {
+        self.0.is_of_a_force()
     }
 }
 
@@ -76,15 +106,66 @@ pub(crate) fn log_name(file: &str, head: &[u8]) -> Option<String> {
     read::log_name(file, head).map(str::to_owned)
 }
 
-/// A recording as its simulation would have made it: a column of each field of its samples.
+/// A remark on a recording that is not used, as JSON.
+#[pyfunction]
+pub(crate) fn unused(recording: &str, message: &str) -> PyResult<String> {
+    json_text(&RemarkOf {
+        recording: recording.to_owned(),
+        remark: Remark::new(RemarkKind::Unused, None, message),
+    })
+}
+
+/// Why no force of any of these flight logs can be told.
+#[pyfunction]
+pub(crate) fn no_force(recordings: Vec<Bound<'_, Recording>>) -> String {
+    CampaignError::no_force(&all(&recordings)).to_string()
+}
+
+/// Of one recording: columns, what was left out, and remarks as JSON.
+type Simulated<'py> = (Bound<'py, PyDict>, Vec<String>, String);
+
+/// Recordings as their simulation would have made them, with the thrust maps of all of them: of each
+/// a column of each field of its samples, what was left out, and all remarks, as JSON.
 #[pyfunction]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
-    recording: &Recording,
-) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
-    let of = Arc::clone(&recording.0);
-    let found = wait(py, &Stop::default(), move || forward::simulate(&of))?;
-    let samples = &found.samples;
+    recordings: Vec<Bound<'py, Recording>>,
+) -> PyResult<Vec<Simulated<'py>>> {
+    let mut recordings = all(&recordings);
+    let found = wait(py, &Stop::default(), move || {
+        identify_all(&mut recordings);
+        let found = recordings.into_par_iter().map(|of| {
+            let simulation = force::simulate_all(&of);
+            (of, simulation)
+        });
+        found.collect::<Vec<_>>()
+    })?;
+    let told = |(of, found): (diagnosis::record::recording::Recording, Simulation)| {
+        let remarks = of.remarks.iter().chain(&found.left_out);
+        let remarks: Vec<RemarkOf> = remarks.map(|it| RemarkOf::new(&of, it)).collect();
+        let mut left_out = match of.is_flight_log() && found.samples.is_empty() {
+            true => without_force(&of),
+            false => Vec::new(),
+        };
+        left_out.extend(found.left_out.iter().map(|it| it.message.clone()));
+        Ok((columns(py, &found.samples)?, left_out, json_text(&remarks)?))
+    };
+    found.into_iter().map(told).collect()
+}
+
+/// Why a flight log has no force: what its drones lack, or that no thrust map is theirs.
+fn without_force(log: &diagnosis::record::recording::Recording) -> Vec<String> {
+    let lacking = lacking(log);
+    let mapless = log.vehicles.iter().filter(|it| it.thrust_map.is_none());
+    let mapless = mapless.map(|it| format!("`{}` of {} has no thrust map", it.id, log.name));
+    match lacking.is_empty() {
+        true => mapless.collect(),
+        false => lacking,
+    }
+}
+
+/// A column of each field of some samples.
+fn columns<'py>(py: Python<'py>, samples: &[Sample]) -> PyResult<Bound<'py, PyDict>> {
     let column = |of: fn(&Sample) -> f64| -> Array1<f64> { samples.iter().map(of).collect() };
     let table = PyDict::new(py);
     let channels: Vec<String> = samples.iter().map(|it| word(it.channel)).collect();
@@ -105,10 +186,7 @@ pub(crate) fn simulate<'py>(
     ] {
         table.set_item(name, values.into_pyarray(py))?;
     }
-    Ok((
-        table,
-        found.left_out.iter().map(|it| it.message.clone()).collect(),
-    ))
+    Ok(table)
 }
 
 /// One recording of probes or receivers: its finding as JSON, and as a finding file.
@@ -144,9 +222,15 @@ pub(crate) fn diagnose_flights(
     alone: bool,
     near_the_floor: bool,
 ) -> PyResult<(String, String)> {
-    let logs = all(&recordings);
+    let mut logs = all(&recordings);
+    let mut remarks = take_forceless(&mut logs);
+    let left_out = remarks.iter();
+    let left_out = left_out.map(|it| format!("; {}: {}", it.recording, it.remark.message));
+    let left_out: String = left_out.collect();
+    let refused =
+        |error: CampaignError| sentence(py, "RecordingError", format!("{error}{left_out}"));
     let judge = match near_the_floor {
-        true => near_floor(&logs).map_err(|error| sentence(py, "RecordingError", error))?,
+        true => near_floor(&logs).map_err(refused)?,
         false => Vec::new(),
     };
     let options = CampaignOptions { judge, alone };
@@ -155,8 +239,9 @@ pub(crate) fn diagnose_flights(
         let sideways = diagnose_sideways(&logs, &options);
         Ok::<_, CampaignError>((found, sideways, noticed(&logs), logs))
     })?;
-    let found = found.map_err(|error| sentence(py, "RecordingError", error))?;
-    let (found, sideways, remarks, logs) = found;
+    let found = found.map_err(refused)?;
+    let (found, sideways, more, logs) = found;
+    remarks.extend(more);
     let answer = Flights::of(&found, sideways.as_ref().ok(), &logs);
     let json = told(FORMAT, &answer, &remarks)?;
     Ok((json, finding_ron(&found.finding)))

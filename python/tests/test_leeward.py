@@ -444,9 +444,116 @@ def test_a_recording_that_cannot_be_read_is_told_at_its_place(tmp_path):
     with pytest.raises(leeward.RecordingError) as caught:
         leeward.diagnose(broken)
     problem = caught.value.problems[0]
-    assert problem.file == "probes.csv" and problem.line == header + 4
+    assert problem.file == str(broken / "probes.csv") and problem.line == header + 4
     with pytest.raises(leeward.RecordingError, match="no flight log"):
         leeward.diagnose(broken / "meta.json")
+
+
+CAMPAIGN = """(
+    name: "hall", air: (temperature_c: 20, pressure_pa: 101325), floor_z_m: -10,
+    acceleration: SpecificForceInBody, clock: Shared,
+    types: { "t": (mass_kg: Stated(1), propeller_diameter_m: Stated(0.2),
+        motor_distance_m: Stated(0.4), rotor_offset_m: Stated((0, 0, 0))) },
+    vehicles: { "a": "t", "b": "t" },
+)"""
+
+
+def logs_of_two(folder, flights):
+    """Flights of one drone that swings above another: thrust as it is, but for a push below."""
+    folder.mkdir(exist_ok=True)
+    (folder / "campaign.ron").write_text(CAMPAIGN)
+    columns = "t_s,vehicle,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,qx,qy,qz,qw,thrust_n"
+    for flight in range(flights):
+        rng = np.random.default_rng(flight)
+        lines = [columns]
+        for k in range(3000):
+            t_s = 0.02 * k
+            for name, z_m, rate in (("a", 3.0, 0.4 + 0.01 * flight), ("b", 2.0, 0.0)):
+                x_m, vx = 2.0 * np.sin(rate * t_s), 2.0 * rate * np.cos(rate * t_s)
+                push_n = -0.8 * np.exp(-((2.0 * np.sin((0.4 + 0.01 * flight) * t_s)) ** 2) / 0.05)
+                push_n *= name == "b"
+                thrust_n = 9.81 + 0.3 * np.sin(1.3 * t_s) + 0.02 * rng.standard_normal()
+                az = thrust_n + push_n
+                row = [t_s, name, x_m, 0, z_m, vx, 0, 0, 0, 0, az, 0, 0, 0, 1, thrust_n]
+                lines.append(",".join(f"{it:.4f}" if isinstance(it, float) else str(it) for it in row))
+        (folder / f"f{flight}.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_forces_of_flight_logs_are_simulated(tmp_path):
+    logs_of_two(tmp_path / "hall", 2)
+    for one in leeward.simulate(tmp_path / "hall"):
+        assert set(one.channel) == {"vertical_force"} and one.recorded.size > 1000
+        below = one.subject == 1
+        # The drone below is pushed down, as recorded and as simulated; the other is not.
+        assert one.recorded[below].min() < -0.4 and one.simulated[below].min() < -0.1
+        assert (one.simulated[~below] == 0.0).all()
+
+
+def test_logs_that_tell_no_force_are_left_out_with_what_they_lack(tmp_path):
+    hall = tmp_path / "hall"
+    logs_of_two(hall, 2)
+    text = (hall / "f1.csv").read_text()
+    (hall / "bare.csv").write_text("\n".join(it.rsplit(",", 1)[0] for it in text.splitlines()) + "\n")
+    (hall / "same.csv").write_text(text)
+    bare = next(it for it in leeward.simulate(hall) if it.recording == "bare")
+    assert bare.recorded.size == 0 and "motors" in bare.left_out[0]
+    with pytest.raises(leeward.RecordingError, match="lacks motors"):
+        leeward.diagnose(hall / "bare.csv")
+    with pytest.raises(leeward.RecordingError, match="lacks motors"):
+        leeward.simulate(hall / "bare.csv")
+    # Two that are left are too few to hold any out.
+    with pytest.raises(leeward.RecordingError, match="at least.*; bare: is left out: .* lacks motors"):
+        leeward.diagnose(hall)
+    told = [it["message"] for it in leeward.simulate(hall)[0].remarks]
+    assert f"{hall / 'same.csv'} is a copy of {hall / 'f1.csv'}: one flight" in told
+    logs_of_two(hall, 6)
+    (found,) = leeward.diagnose(hall)
+    told = [it["message"] for it in found.data["remarks"] if it["recording"] == "bare"]
+    assert len(told) == 1 and told[0].startswith("is left out: no force") and "`a` lacks" in told[0]
+    with pytest.raises(leeward.RecordingError, match="no flight logs: draughty-hall"):
+        leeward.diagnose([hall, ROOT / "recordings" / "draughty-hall"])
+
+
+def test_of_a_folder_what_cannot_be_read_is_left_out_with_a_remark(tmp_path):
+    source = ROOT / "recordings" / "draughty-hall"
+    for name in ("sound", "spoilt", "bare"):
+        (tmp_path / name).mkdir()
+        for file in source.iterdir():
+            (tmp_path / name / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "spoilt" / "meta.json").write_text("{\n")
+    (tmp_path / "bare" / "meta.json").unlink()
+    (found,) = leeward.diagnose(tmp_path)
+    assert found.recording == "sound" and found.verdict == "library"
+    told = {it["recording"]: it["message"] for it in found.data["remarks"]}
+    assert told["spoilt"].startswith(f"{tmp_path / 'spoilt'} is left out: ")
+    assert f"{tmp_path / 'spoilt' / 'meta.json'}:2: is no JSON" in told["spoilt"]
+    assert told["bare"].endswith(f"{tmp_path / 'bare' / 'meta.json'}: is missing")
+    assert {it["recording"] for it in leeward.simulate(tmp_path)[0].remarks} == {"spoilt", "bare"}
+    # One that is named must be in order.
+    with pytest.raises(leeward.RecordingError, match="spoilt") as caught:
+        leeward.diagnose([tmp_path / "sound", tmp_path / "spoilt"])
+    (problem,) = caught.value.problems
+    assert problem.file == str(tmp_path / "spoilt" / "meta.json") and problem.line == 2
+
+
+def test_errors_say_where_in_a_dict():
+    nowhere = {**AS_DICT, "drones": [{**AS_DICT["drones"][0], "start_m": (1.0, 1.0, np.nan)}]}
+    with pytest.raises(leeward.ScenarioError, match=r"`drones\[0\]\.start_m\[2\]`: nan") as caught:
+        leeward.plan(nowhere)
+    assert caught.value.problems[0].file == "scenario"
+    with pytest.raises(TypeError, match=r"drones\[0\]\.start_m is a"):
+        leeward.plan({**AS_DICT, "drones": [{"start_m": object()}]})
+
+
+def test_of_a_text_that_is_no_plan_the_file_is_told(tmp_path):
+    cut = tmp_path / "cut.json"
+    cut.write_text("{")
+    for read in (leeward.Plan.load, leeward.check):
+        with pytest.raises(leeward.PlanError) as caught:
+            read(cut)
+        assert str(caught.value).startswith(f"{cut}: `.`: EOF while parsing")
+        (problem,) = caught.value.problems
+        assert (problem.file, problem.line) == (str(cut), 1)
 
 
 def test_what_is_no_number_and_no_drone_is_refused(two):
@@ -482,26 +589,6 @@ def test_what_is_of_another_kind_is_told(two):
         running.replan(3.0, ["x"])
     with pytest.raises(TypeError, match="a list of them"):
         running.replan(3.0, leeward.Removed("scout"))
-
-
-def test_errors_say_where_in_a_dict():
-    nowhere = {**AS_DICT, "drones": [{**AS_DICT["drones"][0], "start_m": (1.0, 1.0, np.nan)}]}
-    with pytest.raises(leeward.ScenarioError, match=r"`drones\[0\]\.start_m\[2\]`: nan") as caught:
-        leeward.plan(nowhere)
-    assert caught.value.problems[0].file == "scenario"
-    with pytest.raises(TypeError, match=r"drones\[0\]\.start_m is a"):
-        leeward.plan({**AS_DICT, "drones": [{"start_m": object()}]})
-
-
-def test_of_a_text_that_is_no_plan_the_file_is_told(tmp_path):
-    cut = tmp_path / "cut.json"
-    cut.write_text("{")
-    for read in (leeward.Plan.load, leeward.check):
-        with pytest.raises(leeward.PlanError) as caught:
-            read(cut)
-        assert str(caught.value).startswith(f"{cut}: `.`: EOF while parsing")
-        (problem,) = caught.value.problems
-        assert (problem.file, problem.line) == (str(cut), 1)
 
 
 def test_ctrl_c_stops_planning():

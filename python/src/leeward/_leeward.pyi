@@ -9,6 +9,7 @@ __all__ = [
     "LOG_HEAD_BYTES",
     "PRESETS",
     "Air",
+    "Campaign",
     "Plan",
     "Recording",
     "Running",
@@ -22,8 +23,10 @@ __all__ = [
     "export",
     "fly",
     "log_name",
+    "no_force",
     "plan",
     "simulate",
+    "unused",
 ]
 
 _Floats: TypeAlias = npt.NDArray[np.float64]
@@ -85,17 +88,21 @@ class Plan:
     def positions(self, drone: int, t_s: _Floats) -> _Floats: ...
 
 @final
+class Campaign:
+    def __new__(cls, file: str, text: str) -> Campaign: ...
+
+@final
 class Recording:
     @staticmethod
-    def read_folder(name: str, files: dict[str, bytes]) -> Recording: ...
+    def read_folder(name: str, folder: str, files: dict[str, bytes]) -> Recording: ...
     @staticmethod
-    def read_log(
-        named: tuple[str, str], bytes: bytes, campaign: tuple[str, str]
-    ) -> Recording: ...
+    def read_log(name: str, file: str, bytes: bytes, campaign: Campaign) -> Recording: ...
     @property
     def name(self) -> str: ...
     @property
     def is_flight_log(self) -> bool: ...
+    @property
+    def is_of_a_force(self) -> bool: ...
 
 @final
 class Running:
@@ -121,7 +128,11 @@ def export(
     only: tuple[bool, bool],
 ) -> tuple[str, list[tuple[str, bytes]]]: ...
 def log_name(file: str, head: bytes) -> str | None: ...
-def simulate(recording: Recording) -> tuple[dict[str, Any], list[str]]: ...
+def unused(recording: str, message: str) -> str: ...
+def no_force(recordings: list[Recording]) -> str: ...
+def simulate(
+    recordings: list[Recording],
+) -> list[tuple[dict[str, Any], list[str], str]]: ...
 def diagnose(recording: Recording, channel: str | None) -> tuple[str, str]: ...
 def diagnose_flights(
     recordings: list[Recording], alone: bool, near_the_floor: bool
