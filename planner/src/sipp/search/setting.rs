@@ -41,7 +41,7 @@ impl Refuted {
         let mut is_new = false;
         for blocker in &against.blockers {
             let departures = Blocker {
-                began: blocker.began.max(leg.start).before(ticks),
+                began: blocker.began.max(leg.start).before(ticks).min(leg.start),
                 clear: blocker.clear.max(leg.start.after(1)),
                 ..*blocker
             };

@@ -573,17 +573,39 @@ impl<'a> Search<'a> {
 
     /// What is flown from one state to the next, from where its path differs on.
     fn flown_to(&self, from: &Label, to: &Label) -> Vec<Leg> {
-        let doing = self.doing(from, to);
         let Some(smoothing) = &self.agent.smoothing else {
-            return doing;
+            return self.doing(from, to);
         };
-        let mut legs: Vec<Leg> = self.before(from).into_iter().collect();
-        legs.extend(self.stay(from, to.departs));
-        legs.extend(doing);
         let since = from.at.before(smoothing.lead_ticks());
+        // Changes of velocity before that are still felt then.
+        let felt = since.before(smoothing.lead_ticks());
+        let mut chain = vec![*to, *from];
+        let mut first = from;
+        while first.at > felt
+            && let Some(parent) = self.labels.get(first.parent as usize)
+        {
+            chain.push(*parent);
+            first = parent;
+        }
+        chain.reverse();
+        let mut legs = self.up_to(first, felt);
+        for pair in chain.windows(2) {
+            legs.extend(self.stay(&pair[0], pair[1].departs));
+            legs.extend(self.doing(&pair[0], &pair[1]));
+        }
         let mut flown = smoothing.flown(&joined(legs));
         flown.retain(|leg| leg.end > since);
         flown
+    }
+
+    /// What a drone flies up to a state, at least from a moment on.
+    fn up_to(&self, label: &Label, since: Tick) -> Vec<Leg> {
+        if self.labels.get(label.parent as usize).is_some() {
+            return self.before(label).into_iter().collect();
+        }
+        let begun = &self.agent.begun;
+        let first = begun.partition_point(|leg| leg.end <= since);
+        begun[first.saturating_sub(1)..].to_vec()
     }
 
     /// Judges what leads to a state when it is expanded, not when it is generated: most are never
@@ -608,6 +630,11 @@ impl<'a> Search<'a> {
             for leg in self.flown_to(&from, &label) {
                 let mut memo = self.memo.borrow_mut();
                 memo.judge(&self.setting, &leg, &mut all);
+            }
+            let ends = (from.vertex, label.vertex);
+            if label.step == Step::Move && !self.refuted.has(ends) {
+                // How it would go on was in the way.
+                (self.refuted).add_blockers(ends, label.departs, &mut all.blockers);
             }
         }
         let is_met = |blocker: &Blocker| self.passes(&label, blocker);
