@@ -139,6 +139,12 @@ mod tests {
         let ned = "t_s,n_m,e_m,d_m,note\n0,0,0,-1,up\n1,1,0,-1,\n";
         let flown = setpoints::read(ned, 0.0, Point3::origin()).expect("a table");
         assert_eq!(flown.spans.len(), 1);
+        for twice in [
+            "t_s,x_m,y_m,z_m,x_m\n0,0,0,1,5\n",
+            "t_s,x_m,y_m,z_m,n_m\n0,0,0,1,5\n",
+        ] {
+            assert!(setpoints::read(twice, 0.0, Point3::origin()).is_err());
+        }
         let studio = "Time_msec,X_m,Y_m,Z_m,Color\n0,0,0,1,#ff0000\n1000,1,0,1,#00ff00\n";
         assert_eq!(skybrush_csv::read(studio).expect("a table").spans.len(), 1);
         let lacks = studio.replace("1000,1", "1000,?");

@@ -10,15 +10,24 @@ use crate::frame::{Axes, Frame};
 ///
 /// # Errors
 ///
-/// It names neither.
+/// It names neither, or places twice.
 pub fn axes(text: &str) -> Result<Axes, ReadError> {
     let header = text.lines().next().unwrap_or_default();
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
-    match columns[..] {
-        ["t_s", "n_m", "e_m", "d_m", ..] => Ok(Axes::Ned),
-        ["t_s", "x_m", "y_m", "z_m", ..] => Ok(Axes::Enu),
+    let (axes, further) = match &columns[..] {
+        ["t_s", "n_m", "e_m", "d_m", further @ ..] => (Axes::Ned, further),
+        ["t_s", "x_m", "y_m", "z_m", further @ ..] => (Axes::Enu, further),
         _ => {
             let what = "a setpoint table begins t_s,n_m,e_m,d_m (NED) or t_s,x_m,y_m,z_m (ENU)";
+            return Err(ReadError::line(1, what));
+        }
+    };
+    let places = ["t_s", "n_m", "e_m", "d_m", "x_m", "y_m", "z_m"];
+    match further.iter().find(|name| places.contains(name)) {
+        None => Ok(axes),
+        Some(again) => {
+            let first = columns[..4].join(",");
+            let what = format!("`{again}` beside {first}: one time and one place a row");
             Err(ReadError::line(1, what))
         }
     }

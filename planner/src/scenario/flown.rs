@@ -4,8 +4,9 @@
 //! A log is noisy and ends when recording ends. A drone that rests on the floor or on an obstacle,
 //! as near as a scenario has it for starts, at its first sample starts landed, at its last one it
 //! has landed; until it first leaves that place its noise is no motion. One that is in the air when
-//! its samples end is judged until then. Between two samples it flies straight. Speed is a mean
-//! over half a second: noise of a centimetre at 20 Hz is 0.3 m/s from sample to sample.
+//! its samples end hovers there until the log ends, and for good where the log is over by then.
+//! Between two samples it flies straight. Speed is a mean over half a second: noise of a centimetre
+//! at 20 Hz is 0.3 m/s from sample to sample.
 //!
 //! Formats of logs end in [`Samples`]; [`read_samples`] reads the plainest of them, a table.
 
@@ -108,7 +109,19 @@ pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
             return Err(faults.into());
         }
     };
-    let column = |name: &str| headings.iter().position(|it| it.eq_ignore_ascii_case(name));
+    let named = |name: &str| {
+        let all = headings.iter().enumerate();
+        let named = all.filter(|(_, it)| it.eq_ignore_ascii_case(name));
+        named.map(|(column, _)| column).collect::<Vec<usize>>()
+    };
+    let column = |name: &str| named(name).first().copied();
+    let twice = |name: &&str| named(name).len() > 1;
+    for name in COLUMNS.iter().chain(&["mass_kg"]).filter(|it| twice(it)) {
+        faults.add(1, format!("the column `{name}` is there more than once"));
+    }
+    if !faults.is_empty() {
+        return Err(faults.into());
+    }
     let lacks = COLUMNS.iter().filter(|name| column(name).is_none());
     let lacks: Vec<&str> = lacks.copied().collect();
     let [Some(t), Some(drone), Some(x), Some(y), Some(z)] = COLUMNS.map(column) else {
@@ -223,18 +236,17 @@ pub fn samples_as_plan(
         room_m: around(places_m(), fleet.floor_z_m().unwrap_or(0.0)),
     };
     let (world, mut remarks) = fleet.world(name, &members, files)?;
-    let ends_s = samples
-        .of
-        .values()
-        .filter_map(|of_one| Some(of_one.first()?.t_s));
-    let begins_s = ends_s.fold(f64::INFINITY, f64::min);
+    let times_s = || samples.of.values().flatten().map(|it| it.t_s);
+    let begins_s = times_s().fold(f64::INFINITY, f64::min);
+    let ends_s = times_s().fold(begins_s, f64::max);
     if begins_s != 0.0 {
         remarks.push(format!("time 0 is {} s of the log", as_typed(begins_s)));
     }
     let solids = Solids::new(&world.obstacles);
     let drones = world.drones.iter().map(|drone| {
         let of_one = samples.of.get(&drone.name).map_or(&[][..], Vec::as_slice);
-        flown((&world, &solids), drone, of_one, begins_s, &mut remarks)
+        let lasts_s = [begins_s, ends_s];
+        flown((&world, &solids), drone, of_one, lasts_s, &mut remarks)
     });
     let drones = drones.collect();
     Ok(as_plan(&world, drones, remarks))
@@ -245,7 +257,7 @@ fn flown(
     (world, solids): (&World, &Solids),
     drone: &Drone,
     samples: &[Sample],
-    begins_s: f64,
+    [begins_s, ends_s]: [f64; 2],
     remarks: &mut Vec<String>,
 ) -> DronePlan {
     let vehicle = &drone.vehicle;
@@ -263,15 +275,17 @@ fn flown(
     } else {
         AtStart::Hover
     };
-    let at_end = if rests(&last) {
-        AtEnd::Land
-    } else {
-        AtEnd::Leave
+    let ends_s = ends_s - begins_s;
+    let at_end = match rests(&last) {
+        true => AtEnd::Land,
+        false if first.t_s < ends_s => AtEnd::Leave,
+        // The log says nothing of what it does then.
+        false => AtEnd::Hover,
     };
     // Samples at rest before it takes off and after it has landed are one place each.
     let takes_off = flown.iter().take_while(|it| near(it, &first)).count();
     let lands = flown.len() - flown.iter().rev().take_while(|it| near(it, &last)).count();
-    let (mut from_s, mut until_s) = (flown[0].t_s, last.t_s);
+    let (mut from_s, mut until_s) = (flown[0].t_s, Some(last.t_s));
     if at_start == AtStart::Landed {
         let still = takes_off.max(1);
         flown[..still]
@@ -284,7 +298,7 @@ fn flown(
         // At rest from here on.
         flown.truncate(lands + 1);
         flown[lands].position_m = lands_m(last.position_m);
-        until_s = flown[lands].t_s;
+        until_s = Some(flown[lands].t_s);
     }
     let gaps = flown
         .windows(2)
@@ -296,6 +310,23 @@ fn flown(
         remarks.push(format!(
             "`{name}`: {some} gaps between samples, up to {longest_s:.1} s; it is taken to fly straight in them"
         ));
+    }
+    if at_end != AtEnd::Land && ends_s - last.t_s > GAP_S {
+        let (name, here_s, before_s) = (&drone.name, last.t_s, ends_s - last.t_s);
+        remarks.push(format!(
+            "`{name}`: its samples end at {here_s:.1} s in the air, {before_s:.1} s before the log's; it is taken to hover there until then"
+        ));
+    }
+    match at_end {
+        AtEnd::Leave if last.t_s < ends_s => {
+            flown.push(Sample {
+                t_s: ends_s,
+                ..last
+            });
+            until_s = Some(ends_s);
+        }
+        AtEnd::Hover => until_s = None,
+        AtEnd::Leave | AtEnd::Land => {}
     }
     let speed_mps = speed_mps(&flown);
     if speed_mps > vehicle.max_speed_mps {
@@ -324,7 +355,7 @@ fn flown(
                 } else {
                     0.0
                 },
-                Some(until_s),
+                until_s,
             ),
         },
         trajectory: TrajectoryEntry {

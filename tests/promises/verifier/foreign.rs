@@ -522,11 +522,35 @@ fn a_drone_of_a_log_that_stands_at_zero_or_in_noise_below_it_stands_on_the_floor
     }
 }
 
+/// A log whose samples of one drone end in the air: another flies through its place later.
+#[test]
+fn a_drone_of_a_log_whose_samples_end_in_the_air_hovers_on() {
+    let fleet = r#"Fleet(airframe: "offboard-2")"#;
+    let header = "t_s,drone,x_m,y_m,z_m\n";
+    let meet = |rows: &str| {
+        let file = flown(&format!("{header}{rows}"), fleet).unwrap();
+        let violations = examine(&file, false).plan.violations;
+        let meet = |it: &planner::plan::Violation| it.kind == ViolationKind::Collision;
+        (violations.iter().any(meet), file.remarks.join("\n"))
+    };
+    let ended = "0,a,2,0,3\n6,a,2,0,3\n0,b,2,6,3\n20,b,2,-6,3\n";
+    let (is_hit, told) = meet(ended);
+    assert!(is_hit, "{told}");
+    let said = "`a`: its samples end at 6.0 s in the air, 14.0 s before the log's";
+    assert!(told.contains(said), "{told}");
+    // Samples of one moment, and of a drone that comes last of all.
+    assert!(meet("0,a,2,0,2\n0,b,2,0.1,2\n").0);
+    assert!(!meet("0,a,2,0,2\n0,b,2,6,2\n").0);
+    assert!(!meet("0,a,2,0,3\n10,a,2,0,3\n20,b,2,6,3\n").0);
+}
+
 #[test]
 fn what_is_wrong_with_a_log_is_told_with_its_line() {
     let told = |text: &str, fleet: &str| flown(text, fleet).unwrap_err().to_string();
     assert!(told("t_s,drone,x_m\n0,a,1\n", FLEET).contains("y_m, z_m"));
     assert!(told("t_s,drone,x_m,y_m,z_m\n", FLEET).contains("no rows"));
+    let twice = "t_s,drone,x_m,y_m,z_m,x_m\n0,a,1,1,1,9\n";
+    assert!(told(twice, FLEET).starts_with("line 1: the column `x_m`"));
     let rows = "t_s,drone,x_m,y_m,z_m\n0,a,1,1,1\n1,a,1,one,1\n";
     assert!(
         told(rows, FLEET).starts_with("line 3: `y_m` is `one`"),
