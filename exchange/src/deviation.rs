@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::flown::Flown;
 
-/// Between two samples (s): chosen here, 0.1 m of flight at 2 m/s.
-const STEP_S: f64 = 0.05;
+/// Samples a second: chosen here, one every 0.1 m of flight at 2 m/s.
+pub(crate) const RATE_HZ: f64 = 20.0;
 
 /// The largest distance between a file and the plan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -74,8 +74,8 @@ pub fn along<'a>(pairs: impl Iterator<Item = (&'a DronePlan, &'a [Point3<f64>])>
 fn moments_s(drone: &DronePlan) -> impl Iterator<Item = f64> {
     let from_s = drone.enters_s.unwrap_or(0.0);
     let until_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
-    let steps = ((until_s - from_s) / STEP_S).ceil().max(0.0) as u64;
-    (0..=steps).map(move |k| (from_s + k as f64 * STEP_S).min(until_s))
+    let steps = ((until_s - from_s) * RATE_HZ).ceil().max(0.0) as u64;
+    (0..=steps).map(move |k| (from_s + k as f64 / RATE_HZ).min(until_s))
 }
 
 /// Of a place from what lies between two others (m).

@@ -24,6 +24,14 @@ use crate::write::{compressed, crazyswarm, czml, mcap, setpoints, skyb, skyc};
 /// what a path at 2 m/s cuts a corner by at 20 setpoints a second, and as much again.
 const LEAST_TOLERANCE_M: f64 = 0.05;
 
+/// Rows of setpoints of all drones together: chosen here, about 1 GiB while they are written.
+const MOST_ROWS: u64 = 4_000_000;
+/// Drones in the scenes of all moments together: chosen here, as much.
+const MOST_SCENE_DRONES: u64 = 1_000_000;
+/// Moments at which files are compared with their plan, of all drones together: chosen here, some
+/// seconds of work.
+const MOST_COMPARED: u64 = 50_000_000;
+
 /// Setpoints a second: chosen here, from what holds a straight path to what a log takes.
 pub const RATES_HZ: RangeInclusive<f64> = 2.0..=1000.0;
 
@@ -298,6 +306,10 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         };
         ExportError::Refused(wrong.into_iter().map(refusal).collect())
     })?;
+    let too_long = too_long(to, &courses, options);
+    if matches!(to, Target::Setpoints | Target::Mcap) && too_long.is_some() {
+        return Err(ExportError::Refused(Vec::from_iter(too_long)));
+    }
     let stems = stems(&courses);
     let mut written = match to {
         Target::Setpoints => write_setpoints(&courses, &stems, options),
@@ -320,7 +332,8 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
     if to.is_flown() {
         written.refused.extend(standing::refusals(plan));
     }
-    if !written.refused.is_empty() {
+    if !written.refused.is_empty() || too_long.is_some() {
+        written.refused.extend(too_long);
         return Err(ExportError::Refused(written.refused));
     }
     written.lost.extend(lost(plan, to, &courses));
@@ -375,6 +388,35 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
             .into_iter()
             .chain(written.files.into_iter().flatten())
             .collect(),
+    })
+}
+
+/// The drone that is there for the longest, where all are there for longer than can be written, or
+/// compared with the plan.
+fn too_long(to: Target, courses: &[Course], options: &Options) -> Option<Refusal> {
+    let (rate_hz, most, what, help) = match to {
+        Target::Setpoints => (
+            options.rate_hz,
+            MOST_ROWS,
+            "rows",
+            "; a lower --rate has fewer",
+        ),
+        Target::Mcap => {
+            let rate_hz = mcap::rate_hz(courses.len());
+            (rate_hz, MOST_SCENE_DRONES, "drones in scenes", "")
+        }
+        _ => (deviation::RATE_HZ, MOST_COMPARED, "places to compare", ""),
+    };
+    let lasts_s = |it: &Course| it.until_s() - it.enters_s.unwrap_or(0.0);
+    let all_s: f64 = courses.iter().map(lasts_s).sum();
+    let count = all_s * rate_hz;
+    let longest = (courses.iter()).max_by(|a, b| lasts_s(a).total_cmp(&lasts_s(b)))?;
+    (count > most as f64).then(|| Refusal {
+        drone: longest.name.clone(),
+        what: format!(
+            "it is there for {:.0} s, all drones together for {all_s:.0} s: {count:.0} {what} at {rate_hz} a second, at most {most} are borne{help}",
+            lasts_s(longest)
+        ),
     })
 }
 

@@ -22,6 +22,12 @@ use crate::course::Course;
 const RATES_HZ: [f64; 2] = [10.0, 2.0];
 /// Drones.
 const MANY: usize = 150;
+
+/// Updates a second of a fleet of so many (1/s).
+pub(crate) fn rate_hz(drones: usize) -> f64 {
+    RATES_HZ[usize::from(drones > MANY)]
+}
+
 /// Smallest radius that a drone is drawn with (m): chosen here, it would be invisible in a hall.
 const DRAWN_M: f64 = 0.25;
 
@@ -249,7 +255,7 @@ pub fn file(plan: &Plan, plan_id: &str, courses: &[Course]) -> McapResult<Vec<u8
         ]),
     })?;
     let outlines = WakeOutlines::new(plan);
-    let rate_hz = RATES_HZ[usize::from(courses.len() > MANY)];
+    let rate_hz = rate_hz(courses.len());
     let end_s = courses.iter().map(Course::until_s).fold(0.0, f64::max);
     let steps = (end_s * rate_hz - 1e-6).ceil().max(0.0) as u32;
     for k in 0..=steps {
