@@ -226,7 +226,7 @@ impl Scene {
         let mut rows = Vec::new();
         for (index, probe) in self.probes.iter().enumerate() {
             let noise = Some((&self.noise, &mut *random));
-            let Readings { t_s, clean, logged } = self.instrument.read(
+            let Readings { t_s, clean, logged } = self.instrument_of(index).read(
                 world,
                 |t_s| probe.position_m(t_s),
                 end_s,
@@ -256,6 +256,24 @@ impl Scene {
         }
         rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s).then(a.probe.cmp(&b.probe)));
         rows
+    }
+
+    /// The instrument of a probe: all but the first have an error of their own.
+    fn instrument_of(&self, probe: usize) -> Instrument {
+        if probe == 0 {
+            return self.instrument;
+        }
+        let mut random = Draws::new(
+            self.instrument
+                .own_gain
+                .to_bits()
+                .wrapping_add(probe as u64),
+        );
+        Instrument {
+            own_gain: random.within(ACCURACY_REL),
+            own_offset_mps: random.within(ACCURACY_ABS_MPS),
+            ..self.instrument
+        }
     }
 
     fn throttles(

@@ -598,6 +598,11 @@ impl Explained for Forces<'_> {
         }
     }
 
+    /// All forces count as one's.
+    fn instruments(&self) -> Vec<usize> {
+        self.judged().map(|_| 0).collect()
+    }
+
     /// Rows are windows of a few seconds: too short for a rhythm.
     fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)> {
         Vec::new()

@@ -67,6 +67,9 @@ pub trait Explained: std::fmt::Debug + Sync {
     /// What surrounds each value.
     fn covariates(&self) -> Covariates<'_>;
 
+    /// Which instrument read each value, counted from 0.
+    fn instruments(&self) -> Vec<usize>;
+
     /// For each series that a pulsation of the rotors would show in: its samples, and when the air
     /// there was released (s).
     fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)>;
@@ -343,6 +346,14 @@ impl Explained for Observed<'_> {
         Covariates {
             names: &COVARIATES,
             columns: &self.covariates,
+        }
+    }
+
+    /// Every probe is one; throttles and powers are read as one.
+    fn instruments(&self) -> Vec<usize> {
+        match self.channel {
+            Channel::Speed => self.series_of.clone(),
+            _ => vec![0; self.samples.len()],
         }
     }
 

@@ -6,17 +6,18 @@
 //! probe at places below a hovering drone. Rivals that agree everywhere in the air differ in what a
 //! drone or an instrument logs; what settles those is known beforehand.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::forward::anemometer::steady_reading_mps;
 use crate::forward::flow::{Flow, Wakes};
 use crate::forward::hypothesis::Sensor;
 use crate::forward::observed::Observed;
 use crate::forward::simulate::Sample;
+use crate::infer::diagnose::mean;
 use crate::infer::fit::Setting;
 use crate::infer::outside::{RELEASE, Shape};
 use crate::infer::select::{Selection, Tried};
-use crate::record::recording::{Role, Vehicle};
+use crate::record::recording::{Recording, Role, Vehicle};
 
 /// Measurements that are named.
 const MOST: usize = 3;
@@ -153,9 +154,29 @@ pub(crate) fn narrowing(shape: &Shape) -> Vec<String> {
         .collect()
 }
 
+/// A recording with each drone still and level where it was in the middle of its track.
+fn held_still(recording: &Recording) -> Recording {
+    let mut still = recording.clone();
+    for vehicle in &mut still.vehicles {
+        let track = &mut vehicle.track;
+        let middle = track.t_s.get(track.t_s.len() / 2);
+        let Some(middle) = middle.and_then(|t_s| track.moment(*t_s)) else {
+            continue;
+        };
+        let there_m = track.position_at(middle);
+        track.position_m.fill(there_m);
+        track.velocity_mps.fill(Vector3::zeros());
+        for attitude in &mut track.attitude {
+            let (_, _, yaw) = attitude.euler_angles();
+            *attitude = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+        }
+    }
+    still
+}
+
 /// The two places at which a probe would tell one explanation from another best.
 fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<String> {
-    let recording = observed.recording;
+    let recording = &held_still(observed.recording);
     let wakes = Wakes::new(recording);
     let hovering = || {
         let instrument = &recording.probes.as_ref()?.instrument;
@@ -180,7 +201,7 @@ fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<Stri
     let both = both.map(|tried| {
         let hypothesis = setting.explanation(tried);
         let flow = Flow::supposing(recording, &wakes, &hypothesis);
-        (flow, hypothesis.sensor, tried.fit.tolerance)
+        (flow, hypothesis.sensor, mean(&tried.fit.tolerance))
     });
     type Explained<'a> = (Flow<'a>, Sensor, [f64; 2]);
     let reading = |(flow, sensor, tolerance): &Explained, point_m| {
@@ -239,4 +260,46 @@ fn noise_at(setting: &Setting, observed: &Observed, reading: f64) -> f64 {
     let off = |sample: &Sample| (sample.simulated - reading).abs();
     let nearest = samples.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
     nearest.map_or(1.0, |(_, sd)| *sd)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::forward::hypothesis::Hypothesis;
+    use crate::infer::diagnose::tests::sweeping;
+
+    /// Whatever the drones of a recording flew, below one that hovers a late clock and slow air
+    /// change no reading.
+    #[test]
+    fn clocks_and_delays_change_nothing_below_a_hovering_drone() {
+        let late = Hypothesis {
+            sensor: Sensor {
+                clock_s: 0.6,
+                ..Sensor::default()
+            },
+            ..Hypothesis::default()
+        };
+        // By how much it changes the reading 1 m below the drone, a quarter of a sweep later.
+        let change_mps = |recording: &Recording| {
+            let track = &recording.vehicles[0].track;
+            let t_s = track.t_s[track.t_s.len() / 2] + 2.0;
+            let there = track.moment(t_s).expect("it flies");
+            let below_m = track.position_at(there) - Vector3::new(0.1, 0.0, 1.0);
+            let wakes = Wakes::new(recording);
+            let measures = recording
+                .probes
+                .as_ref()
+                .expect("it has probes")
+                .instrument
+                .measures;
+            let [now, then] = [Hypothesis::default(), late].map(|of| {
+                let flow = Flow::supposing(recording, &wakes, &of);
+                steady_reading_mps(&flow, measures, t_s, below_m).expect("it flies")
+            });
+            (then - now).abs()
+        };
+        let flown = sweeping();
+        assert!(change_mps(&flown) > 0.1, "{}", change_mps(&flown));
+        assert_eq!(change_mps(&held_still(&flown)), 0.0);
+    }
 }

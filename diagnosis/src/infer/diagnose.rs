@@ -420,13 +420,19 @@ fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> 
         rms_after_low: low,
         rms_after_high: high,
         noise_floor: root_mean_square(setting.noise.sd()),
-        tolerance_before: nothing.tolerance,
+        instruments: nothing.tolerance.len(),
+        tolerance_before: mean(&nothing.tolerance),
         tolerance_after: match shape {
-            Some(shape) if shape.is_predictable => shape.tolerance,
-            _ => chosen.fit.tolerance,
+            Some(shape) if shape.is_predictable => mean(&shape.tolerance),
+            _ => mean(&chosen.fit.tolerance),
         },
     };
     (held_out, less)
+}
+
+/// Gain and offset of instruments on average.
+pub(crate) fn mean(tolerance: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|k| tolerance.iter().map(|it| it[k]).sum::<f64>() / tolerance.len() as f64)
 }
 
 /// Every candidate alone, best first.

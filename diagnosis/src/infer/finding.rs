@@ -223,8 +223,11 @@ pub struct HeldOut {
     pub rms_after_high: f64,
     /// What the scatter of the readings alone leaves; at most what is left, which holds it.
     pub noise_floor: f64,
-    /// Gain (1) and offset (the channel's unit) that the baseline was read with, within what the
-    /// instrument's maker allows.
+    /// How many instruments, each of which has a gain and an offset of its own within what its
+    /// maker allows.
+    pub instruments: usize,
+    /// Gain (1) and offset (the channel's unit) that the baseline was read with, on average over
+    /// the instruments.
     pub tolerance_before: [f64; 2],
     /// The same of the corrected simulation.
     pub tolerance_after: [f64; 2],

@@ -30,7 +30,6 @@ use crate::statistics::robust::{loss, weight};
 /// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence, within wide
 /// bounds. Chosen here: two fifths of a stated 5 %.
 const TOLERANCE_SD: f64 = 0.02;
-const SPREADS: [f64; 2] = [TOLERANCE_SD; 2];
 /// From more starts than this, only the best few by cost are followed. Chosen here, for time.
 const MOST_STARTS: usize = 6;
 const BEST_STARTS: usize = 3;
@@ -48,6 +47,9 @@ pub struct Setting<'a> {
     pub base: Hypothesis,
     recorded: Vec<f64>,
     times_s: Vec<f64>,
+    /// Which instrument read each value, from 0; each has a gain and an offset of its own.
+    instrument_of: Vec<usize>,
+    instruments: usize,
     tolerances: [f64; 2],
 }
 
@@ -56,14 +58,14 @@ pub struct Setting<'a> {
 pub struct Fit {
     /// Values of the candidates' parameters, one candidate after another.
     pub values: Vec<f64>,
-    /// Fitted gain (1) and offset (the channel's unit) within the instrument's tolerance.
-    pub tolerance: [f64; 2],
+    /// Of each instrument, fitted gain (1) and offset (the channel's unit) within its tolerance.
+    pub tolerance: Vec<[f64; 2]>,
     /// Predicted readings, gain and offset included, in the channel's unit.
     pub predicted: Vec<f64>,
     /// Whitened residuals.
     pub whitened: Vec<f64>,
-    /// Change of the whitened prediction with each parameter: samples by parameters, gain and
-    /// offset last.
+    /// Change of the whitened prediction with each parameter: samples by parameters, gains and
+    /// offsets last.
     pub jacobian: DMatrix<f64>,
     /// Cost with the tolerance's priors: twice a negative log likelihood.
     pub cost: f64,
@@ -101,6 +103,7 @@ impl<'a> Setting<'a> {
         candidates: &'a [Candidate],
         tolerances: [f64; 2],
     ) -> Setting<'a> {
+        let instrument_of = observed.instruments();
         Setting {
             observed,
             noise,
@@ -108,6 +111,8 @@ impl<'a> Setting<'a> {
             base: Hypothesis::default(),
             recorded: observed.recorded(),
             times_s: observed.times_s(),
+            instruments: instrument_of.iter().max().map_or(1, |last| last + 1),
+            instrument_of,
             tolerances,
         }
     }
@@ -162,8 +167,9 @@ impl<'a> Setting<'a> {
     }
 
     /// Cost of predictions read with a gain and an offset: twice a negative log likelihood.
-    pub(crate) fn cost_of(&self, plain: &[f64], tolerance: [f64; 2]) -> f64 {
-        self.cost(&self.whitened(plain, &tolerance), &tolerance)
+    pub(crate) fn cost_of(&self, plain: &[f64], tolerance: &[[f64; 2]]) -> f64 {
+        let at = tolerance.as_flattened();
+        self.cost(&self.whitened(plain, at), at)
     }
 
     /// The columns of a fit's derivatives that can take more: all but gain and offset where they
@@ -171,21 +177,58 @@ impl<'a> Setting<'a> {
     #[must_use]
     pub fn free_columns(&self, fit: &Fit) -> DMatrix<f64> {
         let count = fit.values.len();
+        let tolerance = fit.tolerance.as_flattened();
         let is_free =
-            |which: &usize| fit.tolerance[*which].abs() <= 0.999 * self.tolerances[*which];
-        let free = (0..count).chain((0..2).filter(is_free).map(|which| count + which));
+            |which: &usize| tolerance[*which].abs() <= 0.999 * self.tolerances[*which % 2];
+        let last = (0..tolerance.len()).filter(is_free);
+        let free = (0..count).chain(last.map(|which| count + which));
         fit.jacobian.select_columns(&free.collect::<Vec<usize>>())
     }
 
-    /// What gain and offset change of predictions, whitened, and as much of either as the maker
-    /// allows.
-    pub(crate) fn tolerated(&self, clean: &[f64]) -> [(Vec<f64>, f64); 2] {
-        let [gain, offset] = self.tolerances;
-        let one = vec![1.0; clean.len()];
+    /// What each instrument's gain and offset change of predictions, whitened, and as much of
+    /// either as the maker allows.
+    pub(crate) fn tolerated(&self, clean: &[f64]) -> Vec<[(Vec<f64>, f64); 2]> {
+        let of = |which: usize| {
+            let both = self
+                .of_instrument(clean, which)
+                .map(|of| self.noise.whiten(&of));
+            let [of_gain, of_offset] = both;
+            let [gain, offset] = self.tolerances;
+            [(of_gain, gain), (of_offset, offset)]
+        };
+        (0..self.instruments).map(of).collect()
+    }
+
+    /// What an instrument's gain and offset change of its readings: their predictions, and one.
+    fn of_instrument(&self, plain: &[f64], which: usize) -> [Vec<f64>; 2] {
+        let own = |i: usize, value: f64| {
+            if self.instrument_of[i] == which {
+                value
+            } else {
+                0.0
+            }
+        };
+        let gain = plain.iter().enumerate().map(|(i, value)| own(i, *value));
         [
-            (self.noise.whiten(clean), gain),
-            (self.noise.whiten(&one), offset),
+            gain.collect(),
+            (0..plain.len()).map(|i| own(i, 1.0)).collect(),
         ]
+    }
+
+    /// Gain and offset of each instrument, which stand last.
+    fn tolerance_in<'f>(&self, at: &'f [f64]) -> &'f [[f64; 2]] {
+        let (last, _) = at[at.len() - 2 * self.instruments..].as_chunks();
+        last
+    }
+
+    /// What instruments with these gains and offsets read.
+    fn read(&self, plain: &[f64], tolerance: &[[f64; 2]]) -> Vec<f64> {
+        let each = plain.iter().zip(&self.instrument_of);
+        let read = each.map(|(value, &which)| {
+            let [gain, offset] = tolerance[which];
+            (1.0 + gain) * value + offset
+        });
+        read.collect()
     }
 
     /// Everything together at given values, one candidate after another.
@@ -205,7 +248,7 @@ impl<'a> Setting<'a> {
         if starts.len() > MOST_STARTS {
             let cost = |start: &[f64]| {
                 let predicted = self.predicted(candidates, start);
-                self.cost(&self.whitened(&predicted, &[0.0, 0.0]), &[0.0, 0.0])
+                self.cost_of(&predicted, &vec![[0.0; 2]; self.instruments])
             };
             let mut by_cost: Vec<_> = starts.into_iter().map(|s| (cost(s), s)).collect();
             by_cost.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -230,29 +273,31 @@ impl<'a> Setting<'a> {
     /// How far gain and offset may be off at all: no more than their bounds allow, `b/√3` where
     /// anything between is as likely. Fits go by bounds and by the wider spread, so that one which
     /// has reached its bound is known to.
-    pub(crate) fn spreads(&self) -> [f64; 2] {
-        self.tolerances
-            .map(|most| TOLERANCE_SD.min(most / 3.0_f64.sqrt()))
+    pub(crate) fn spreads(&self) -> Vec<f64> {
+        let spreads = (self.tolerances).map(|most| TOLERANCE_SD.min(most / 3.0_f64.sqrt()));
+        spreads.repeat(self.instruments)
+    }
+
+    /// Their wide spreads.
+    fn wide_spreads(&self) -> Vec<f64> {
+        vec![TOLERANCE_SD; 2 * self.instruments]
     }
 
     fn bounds(&self, parameters: &[Parameter]) -> Vec<[f64; 2]> {
         let own = parameters.iter().map(|p| [p.low, p.high]);
-        own.chain(self.tolerances.map(|most| [-most, most]))
-            .collect()
+        let last = self.tolerances.map(|most| [-most, most]);
+        own.chain(last.repeat(self.instruments)).collect()
     }
 
     fn whitened(&self, plain: &[f64], at: &[f64]) -> Vec<f64> {
-        let [gain, offset] = [at[at.len() - 2], at[at.len() - 1]];
-        let pairs = self.recorded.iter().zip(plain);
-        let rest: Vec<f64> = pairs.map(|(y, f)| y - (1.0 + gain) * f - offset).collect();
-        self.noise.whiten(&rest)
+        let read = self.read(plain, self.tolerance_in(at));
+        self.noise.whiten(&self.left(&read))
     }
 
     fn cost(&self, whitened: &[f64], at: &[f64]) -> f64 {
         let prior = |x: f64| (x / TOLERANCE_SD) * (x / TOLERANCE_SD);
-        whitened.iter().map(|e| loss(*e)).sum::<f64>()
-            + prior(at[at.len() - 2])
-            + prior(at[at.len() - 1])
+        let last = self.tolerance_in(at).as_flattened().iter();
+        whitened.iter().map(|e| loss(*e)).sum::<f64>() + last.map(|x| prior(*x)).sum::<f64>()
     }
 
     /// How well each sample is predicted by what was learnt from the others: blocks are left out by
@@ -278,10 +323,10 @@ impl<'a> Setting<'a> {
         let count = fit.values.len();
         for fold in 0..FOLDS {
             let step = self.step_without(candidates, fit, fold);
-            let at = fit.values.iter().chain(&fit.tolerance);
+            let at = fit.values.iter().chain(fit.tolerance.as_flattened());
             let moved: Vec<f64> = at.zip(step.iter()).map(|(x, d)| x + d).collect();
             let plain = self.predicted(candidates, &moved[..count]);
-            let of_fold = read(&plain, [moved[count], moved[count + 1]]);
+            let of_fold = self.read(&plain, self.tolerance_in(&moved));
             for i in self.of_fold(fold) {
                 predicted[i] = of_fold[i];
             }
@@ -295,14 +340,14 @@ impl<'a> Setting<'a> {
     }
 
     /// From the fit of everything to the linearised one without one fold's blocks: a step of
-    /// values, gain and offset.
+    /// values, gains and offsets.
     fn step_without(&self, candidates: &[&Candidate], fit: &Fit, fold: usize) -> DVector<f64> {
         let bounds = self.bounds(&parameters(candidates));
-        let at = [&fit.values[..], &fit.tolerance].concat();
+        let at = [&fit.values[..], fit.tolerance.as_flattened()].concat();
         let mut weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
         self.of_fold(fold).for_each(|i| weights[i] = 0.0);
         let errors = (&fit.whitened[..], &weights[..]);
-        let (normal, gradient) = normal_equations(&fit.jacobian, errors, &at, SPREADS);
+        let (normal, gradient) = normal_equations(&fit.jacobian, errors, &at, &self.wide_spreads());
         bounded_step(&normal, &gradient, &at, &bounds, 1e-9)
     }
 }
@@ -326,17 +371,12 @@ fn parameters(candidates: &[&Candidate]) -> Vec<Parameter> {
     all.collect()
 }
 
-/// What an instrument with this gain and offset reads.
-fn read(plain: &[f64], [gain, offset]: [f64; 2]) -> Vec<f64> {
-    plain.iter().map(|f| (1.0 + gain) * f + offset).collect()
-}
-
-/// `JᵀWJ` and `JᵀWe` with the priors of gain and offset in the last two places, of these spreads.
+/// `JᵀWJ` and `JᵀWe` with the priors of gains and offsets in the last places, of these spreads.
 pub(crate) fn normal_equations(
     jacobian: &DMatrix<f64>,
     (whitened, weights): (&[f64], &[f64]),
     at: &[f64],
-    spreads: [f64; 2],
+    spreads: &[f64],
 ) -> (DMatrix<f64>, DVector<f64>) {
     let mut weighted = jacobian.clone();
     for mut column in weighted.column_iter_mut() {

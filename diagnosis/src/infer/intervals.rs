@@ -26,9 +26,9 @@ pub fn half_widths(candidates: &[&Candidate], fit: &Fit, setting: &Setting) -> V
     let count = fit.jacobian.ncols();
     let blocks = &setting.noise.blocks;
     let weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
-    let at = [&fit.values[..], &fit.tolerance].concat();
+    let at = [&fit.values[..], fit.tolerance.as_flattened()].concat();
     let errors = (&fit.whitened[..], &weights[..]);
-    let (mut normal, _) = normal_equations(&fit.jacobian, errors, &at, setting.spreads());
+    let (mut normal, _) = normal_equations(&fit.jacobian, errors, &at, &setting.spreads());
     let mut scores = DMatrix::<f64>::zeros(count, blocks.count().max(1));
     for (i, weight) in weights.iter().enumerate() {
         let mut of_block = scores.column_mut(blocks.of_sample[i]);
@@ -39,7 +39,7 @@ pub fn half_widths(candidates: &[&Candidate], fit: &Fit, setting: &Setting) -> V
         normal[(j, j)] += 1e-12 + 1e-10 * normal[(j, j)];
     }
     let Some(inverse) = normal.try_inverse() else {
-        return vec![f64::INFINITY; count.saturating_sub(2)];
+        return vec![f64::INFINITY; fit.values.len()];
     };
     let number = blocks.count() as f64;
     let small = number / (number - count as f64).max(1.0);

@@ -111,7 +111,7 @@ fn settled(
     let cost = |from_s: f64| {
         let pairs = before.iter().zip(&after).zip(&times_s);
         let plain = pairs.map(|((b, a), t_s)| if *t_s >= from_s { *a } else { *b });
-        setting.cost_of(&plain.collect::<Vec<f64>>(), fit.tolerance)
+        setting.cost_of(&plain.collect::<Vec<f64>>(), &fit.tolerance)
     };
     // Every moment of a coarse comb over two steps of the first, then of a finer one.
     let index = sorted_s.partition_point(|t_s| *t_s < guess_s);

@@ -83,9 +83,9 @@ pub struct Shape {
     /// What the correction leaves of each recorded value, in the channel's unit.
     #[serde(skip)]
     pub left: Vec<f64>,
-    /// Gain (1) and offset (the channel's unit) that the correction lies on.
+    /// Of each instrument, gain (1) and offset (the channel's unit) that the correction lies on.
     #[serde(skip)]
-    pub tolerance: [f64; 2],
+    pub tolerance: Vec<[f64; 2]>,
 }
 
 /// Part of what depends on covariates from which which probe reads is more than a detail. Chosen
@@ -294,7 +294,7 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
         // The curve stands in the place of the chosen terms, not on top of them.
         correction,
         left: found.left,
-        tolerance: selection.nothing.fit.tolerance,
+        tolerance: selection.nothing.fit.tolerance.clone(),
     })
 }
 
@@ -415,7 +415,7 @@ fn not_predictable(correction: Vec<f64>, rest: Vec<f64>, fit: &Fit) -> Shape {
         is_predictable: false,
         correction,
         left: rest,
-        tolerance: fit.tolerance,
+        tolerance: fit.tolerance.clone(),
     }
 }
 
@@ -471,7 +471,7 @@ fn pulsation(setting: &Setting, fit: &Fit, rhythms: &[Rhythm], frequency_hz: f64
         is_predictable: true,
         left: difference(&left, &correction),
         correction,
-        tolerance: fit.tolerance,
+        tolerance: fit.tolerance.clone(),
     }
 }
 
@@ -527,7 +527,7 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         is_predictable: true,
         left: difference(&rest, &held_out.predictions),
         correction: held_out.predictions.clone(),
-        tolerance: selection.chosen.fit.tolerance,
+        tolerance: selection.chosen.fit.tolerance.clone(),
     }
 }
 

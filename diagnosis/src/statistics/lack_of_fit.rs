@@ -142,12 +142,13 @@ pub fn lack_of_fit(evidence: &Evidence<'_>) -> LackOfFit {
 /// min over |a_k| <= b_k of |δ g - Σ a_k n_k| = z + 0.84
 /// ```
 ///
-/// `n_k`: what gain and offset change, whitened, which may take `b_k`; `z`: the normal quantile of
-/// what the spread of laws accepts, by Bonferroni over so many `laws`.
+/// `n_k`: what gains and offsets change, whitened, which may take `b_k`, those of one instrument
+/// together and apart from all others'; `z`: the normal quantile of what the spread of laws
+/// accepts, by Bonferroni over so many `laws`.
 #[must_use]
 pub fn minimum_detectable(
     whitened_tangent: &[f64],
-    tolerated: &[(Vec<f64>, f64); 2],
+    tolerated: &[[(Vec<f64>, f64); 2]],
     laws: usize,
 ) -> Option<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -159,30 +160,40 @@ pub fn minimum_detectable(
     // Laws and bins share what the spread accepts.
     let level = 0.5 * ACCEPTED * SHARES[0] / laws.max(1) as f64;
     let noticed = tail::normal_two_sided_quantile(level) + POWER;
-    let [(n0, b0), (n1, b1)] = tolerated;
-    let [along0, along1, cross] = [dot(g, n0), dot(g, n1), dot(n0, n1)];
-    let [square0, square1] = [dot(n0, n0), dot(n1, n1)];
     // What changes nothing takes nothing.
     let over = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    // By how much less an instrument's gain and offset make the square.
+    let takes = |[(n0, b0), (n1, b1)]: &[(Vec<f64>, f64); 2]| {
+        let [along0, along1, cross] = [dot(g, n0), dot(g, n1), dot(n0, n1)];
+        let [square0, square1] = [dot(n0, n0), dot(n1, n1)];
+        let (b0, b1) = (*b0, *b1);
+        move |departure: f64| {
+            let change = |a0: f64, a1: f64| {
+                a0 * (a0 * square0 - 2.0 * departure * along0)
+                    + a1 * (a1 * square1 - 2.0 * departure * along1)
+                    + 2.0 * a0 * a1 * cross
+            };
+            // The best of one beside the other, within its bounds.
+            let best0 = |a1: f64| over(departure * along0 - a1 * cross, square0).clamp(-b0, b0);
+            let best1 = |a0: f64| over(departure * along1 - a0 * cross, square1).clamp(-b1, b1);
+            let within = square0 * square1 - cross * cross;
+            let a0 = over(departure * (along0 * square1 - along1 * cross), within).clamp(-b0, b0);
+            let ends = [(a0, best1(a0)), (-b0, best1(-b0)), (b0, best1(b0))];
+            let ends = ends.into_iter().chain([-b1, b1].map(|a1| (best0(a1), a1)));
+            let changes = ends.map(|(a0, a1)| change(a0, a1));
+            changes.fold(0.0, f64::min)
+        }
+    };
+    let each: Vec<_> = tolerated.iter().map(takes).collect();
     let left = |departure: f64| {
-        let square = |a0: f64, a1: f64| {
-            let taken = a0 * (a0 * square0 - 2.0 * departure * along0)
-                + a1 * (a1 * square1 - 2.0 * departure * along1)
-                + 2.0 * a0 * a1 * cross;
-            departure * departure * length * length + taken
-        };
-        // The best of one beside the other, within its bounds.
-        let best0 = |a1: f64| over(departure * along0 - a1 * cross, square0).clamp(-b0, *b0);
-        let best1 = |a0: f64| over(departure * along1 - a0 * cross, square1).clamp(-b1, *b1);
-        let within = square0 * square1 - cross * cross;
-        let a0 = over(departure * (along0 * square1 - along1 * cross), within).clamp(-b0, *b0);
-        let ends = [(a0, best1(a0)), (-b0, best1(-b0)), (*b0, best1(*b0))];
-        let ends = ends.into_iter().chain([-b1, *b1].map(|a1| (best0(a1), a1)));
-        let squares = ends.map(|(a0, a1)| square(a0, a1));
-        squares.fold(f64::INFINITY, f64::min).max(0.0).sqrt()
+        let taken: f64 = each.iter().map(|takes| takes(departure)).sum();
+        (departure * departure * length * length + taken)
+            .max(0.0)
+            .sqrt()
     };
     // It rises with the departure: halved until it is known to all digits.
-    let taken = b0 * square0.sqrt() + b1 * square1.sqrt();
+    let both = tolerated.as_flattened().iter();
+    let taken: f64 = both.map(|(n, b)| b * dot(n, n).sqrt()).sum();
     let [mut low, mut high] = [0.0, (noticed + taken) / length];
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

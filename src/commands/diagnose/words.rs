@@ -565,12 +565,16 @@ fn tolerance(finding: &Finding) -> String {
         format!("{percent:+.1} % and {offset:+.3} {unit}")
     };
     let [before, after] = both.map(of);
+    let (best, mean) = match held_out.instruments > 1 {
+        true => ("each probe's own gain and offset", ", on average"),
+        false => ("the gain and the offset", ""),
+    };
     match before == after {
         true => format!(
-            " Both are with the gain and the offset that fit best within the instrument's tolerance: {before}."
+            " Both are with {best} that fit best within the instrument's tolerance{mean}: {before}."
         ),
         false => format!(
-            " They are with the gain and the offset that fit best within the instrument's tolerance: {before} before, {after} after."
+            " They are with {best} that fit best within the instrument's tolerance{mean}: {before} before, {after} after."
         ),
     }
 }

@@ -240,6 +240,18 @@ fn passing(seed: u64, late_s: f64) -> Recording {
     recording
 }
 
+/// The hall with a drone that sweeps to and fro above the probe.
+pub(crate) fn sweeping() -> Recording {
+    let mut sweeping = hall();
+    let track = &mut sweeping.vehicles[0].track;
+    for (i, &t_s) in track.t_s.iter().enumerate() {
+        let phase = TAU * t_s / 8.3;
+        track.position_m[i].x += 0.6 * phase.sin();
+        track.velocity_mps[i].x += 0.6 * TAU / 8.3 * phase.cos();
+    }
+    sweeping
+}
+
 fn named(found: &Finding) -> Vec<&str> {
     found.effects.iter().map(|of| of.name.as_str()).collect()
 }
@@ -268,14 +280,7 @@ fn what_a_recording_declares_is_neutral_and_what_the_air_did_instead_is_named() 
         let q = &found.effects[0].parameters["q"];
         assert!((q.value - [2.0, 1.0][k as usize]).abs() < 0.1, "{q:?}");
     }
-    let mut sweeping = hall();
-    let track = &mut sweeping.vehicles[0].track;
-    for (i, &t_s) in track.t_s.iter().enumerate() {
-        let phase = TAU * t_s / 8.3;
-        track.position_m[i].x += 0.6 * phase.sin();
-        track.velocity_mps[i].x += 0.6 * TAU / 8.3 * phase.cos();
-    }
-    let mut read = read_of(sweeping, 12, plain);
+    let mut read = read_of(sweeping(), 12, plain);
     read.baseline.delay = Delay::Transport { convection: 1.0 };
     let found = diagnose(&read).expect("comparable");
     assert_eq!(named(&found), ["wake_transport"], "{found:#?}");
@@ -364,6 +369,18 @@ fn what_is_of_one_of_several_probes_is_told_by_its_number() {
 }
 
 #[test]
+fn probes_that_are_off_each_within_its_tolerance_are_no_mismatch() {
+    // The maker allows 5 % and 3 cm/s.
+    let off = |of: &Sample, _: &mut Draws| match of.subject {
+        1 => 0.96 * of.simulated - 0.02,
+        _ => 1.04 * of.simulated + 0.02,
+    };
+    let found = diagnose(&read_of(two_probes(), 5, off)).expect("it can be compared");
+    assert_eq!(found.verdict, Verdict::None, "{:?}", found.effects);
+    assert_eq!(found.held_out.instruments, 2);
+}
+
+#[test]
 fn no_sweep_of_time_or_azimuth_is_advised_and_probes_are_swapped() {
     let shape = |names: &[(&str, f64)]| Shape {
         depends_on: names
@@ -379,7 +396,7 @@ fn no_sweep_of_time_or_azimuth_is_advised_and_probes_are_swapped() {
         is_predictable: true,
         correction: Vec::new(),
         left: Vec::new(),
-        tolerance: [0.0; 2],
+        tolerance: vec![[0.0; 2]],
     };
     let first = |names: &[(&str, f64)]| narrowing(&shape(names)).swap_remove(0);
     assert!(first(&[("time s", 0.5), ("probe", 0.4)]).contains("one another's places"));

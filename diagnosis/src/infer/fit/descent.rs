@@ -9,7 +9,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Fit, SPREADS, Setting, bounded_step, normal_equations, parameters, read};
+use super::{Fit, Setting, bounded_step, normal_equations, parameters};
 use crate::infer::candidates::{Candidate, Parameter};
 use crate::statistics::quantile::difference;
 use crate::statistics::robust::weight;
@@ -28,7 +28,7 @@ pub(super) struct Descent<'a> {
     candidates: &'a [&'a Candidate],
     parameters: Vec<Parameter>,
     bounds: Vec<[f64; 2]>,
-    /// Values, gain and offset.
+    /// Values, and each instrument's gain and offset.
     at: Vec<f64>,
     /// Predicted before gain and offset.
     plain: Vec<f64>,
@@ -36,6 +36,8 @@ pub(super) struct Descent<'a> {
     pub(super) cost: f64,
     slopes: Slopes,
     damping: f64,
+    /// Of gains and offsets.
+    spreads: Vec<f64>,
     /// Iterations that are left.
     left: usize,
 }
@@ -49,7 +51,7 @@ impl<'a> Descent<'a> {
         let parameters = parameters(candidates);
         let plain = setting.predicted(candidates, start);
         let mut at = start.to_vec();
-        at.extend([0.0, 0.0]);
+        at.extend(vec![0.0; 2 * setting.instruments]);
         let whitened = setting.whitened(&plain, &at);
         let mut descent = Descent {
             setting,
@@ -62,6 +64,7 @@ impl<'a> Descent<'a> {
             whitened,
             slopes: Slopes::default(),
             damping: 1e-3,
+            spreads: setting.wide_spreads(),
             left: ITERATIONS,
         };
         descent.measure();
@@ -96,10 +99,10 @@ impl<'a> Descent<'a> {
         }
         let jacobian = self.jacobian();
         let count = self.parameters.len();
-        let tolerance = [self.at[count], self.at[count + 1]];
+        let tolerance = self.setting.tolerance_in(&self.at).to_vec();
         self.at.truncate(count);
         Fit {
-            predicted: read(&self.plain, tolerance),
+            predicted: self.setting.read(&self.plain, &tolerance),
             values: self.at,
             tolerance,
             whitened: self.whitened,
@@ -113,7 +116,8 @@ impl<'a> Descent<'a> {
         self.left -= 1;
         let weights: Vec<f64> = self.whitened.iter().map(|e| weight(*e)).collect();
         let errors = (&self.whitened[..], &weights[..]);
-        let (normal, gradient) = normal_equations(&self.jacobian(), errors, &self.at, SPREADS);
+        let (normal, gradient) =
+            normal_equations(&self.jacobian(), errors, &self.at, &self.spreads);
         let enough = ENOUGH * self.cost.max(1.0);
         // Slopes that were brought up to date may be why a step fails.
         let dampings = if self.slopes.is_measured { DAMPINGS } else { 1 };
@@ -154,16 +158,18 @@ impl<'a> Descent<'a> {
         false
     }
 
-    /// Change of the whitened prediction with each parameter, gain and offset last.
+    /// Change of the whitened prediction with each parameter, gains and offsets last.
     fn jacobian(&self) -> DMatrix<f64> {
-        let gain = 1.0 + self.at[self.parameters.len()];
+        let setting = self.setting;
+        let mut gains = setting.tolerance_in(&self.at).to_vec();
+        gains.iter_mut().for_each(|[_, offset]| *offset = 0.0);
         let of_parameters = self.slopes.columns.iter();
         let mut columns: Vec<Vec<f64>> = of_parameters
-            .map(|column| column.iter().map(|slope| gain * slope).collect())
+            .map(|column| setting.read(column, &gains))
             .collect();
-        columns.push(self.plain.clone());
-        columns.push(vec![1.0; self.plain.len()]);
-        let noise = self.setting.noise;
+        let instruments = 0..setting.instruments;
+        columns.extend(instruments.flat_map(|which| setting.of_instrument(&self.plain, which)));
+        let noise = setting.noise;
         let plain: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let whitened = noise.whiten_all(&plain).concat();
         DMatrix::from_vec(self.plain.len(), columns.len(), whitened)

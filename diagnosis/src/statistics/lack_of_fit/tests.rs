@@ -120,7 +120,7 @@ fn the_minimum_detectable_effect_is_noticed_four_times_in_five() {
     for seed in 100..300 {
         let made = made(seed, |_, _| 0.0);
         let tangent = DVector::from_iterator(made.x.len(), made.x.iter().map(|x| x * x));
-        let least = minimum_detectable(tangent.as_slice(), &none, 1).expect("it changes");
+        let least = minimum_detectable(tangent.as_slice(), &[none.clone()], 1).expect("it changes");
         let read = DVector::from_column_slice(&made.residual) + least * &tangent;
         noticed += usize::from((tangent.dot(&read) / tangent.norm()).abs() > z);
     }
@@ -131,7 +131,7 @@ fn the_minimum_detectable_effect_is_noticed_four_times_in_five() {
 #[test]
 fn what_gain_and_offset_may_take_is_not_detected() {
     let [along, across] = [vec![1.0; 400], (0..400).map(f64::from).collect()];
-    let alone = |tolerated| minimum_detectable(&along, &tolerated, 20).expect("it changes");
+    let alone = |tolerated| minimum_detectable(&along, &[tolerated], 20).expect("it changes");
     let least = alone([(Vec::new(), 0.0), (Vec::new(), 0.0)]);
     let beside = alone([(across, 0.0), (along.clone(), 0.04)]);
     assert!((beside - least - 0.04).abs() < 1e-9, "{least} {beside}");

@@ -152,6 +152,7 @@ fn finding(seed: u64) -> Finding {
             rms_after_low: 0.9 * after,
             rms_after_high: 1.1 * after,
             noise_floor: after * random.between(0.2, 1.2),
+            instruments: 1,
             tolerance_before: [random.between(-0.05, 0.05), 0.01],
             tolerance_after: [0.0, 0.0],
         },
