@@ -106,10 +106,15 @@ impl Source {
                 return log(path, &text()?, &fleet);
             }
             if !["csv", "skyc", "skyb", "cfpoly"].iter().any(|it| is(it)) {
+                let text = text()?;
                 if let Some(fleet) = fleet {
-                    return log(path, &text()?, &fleet);
+                    if text.trim_start().starts_with('{') {
+                        let what = "JSON says which airframes a plan has: leave --airframe and --airframes out";
+                        return Err(not_a_plan(path, what.to_owned()));
+                    }
+                    return log(path, &text, &fleet);
                 }
-                let file = file::read(&text()?).map_err(|it| not_a_plan(path, it.to_string()))?;
+                let file = file::read(&text).map_err(|it| not_a_plan(path, it.to_string()))?;
                 let kept = Kept::default();
                 return Ok(Sourced { file, kept });
             }

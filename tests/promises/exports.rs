@@ -427,6 +427,32 @@ fn what_does_not_fit_is_refused_by_drone_and_limit_and_nothing_is_written() {
     assert_eq!(told["refused"][0]["drone"], "far");
 }
 
+/// Two hundred days of two drones: rows by the gigabyte.
+#[test]
+fn what_no_memory_holds_is_refused_before_it_is_written() {
+    let days = json!({"t_s": [0, 10, 1.7e7], "position_m": [[2, 2, 2], [5, 2, 2], [5, 2, 2]]});
+    let brief = json!({"t_s": [0, 10], "position_m": [[2, 9, 2], [5, 9, 2]]});
+    let desk = desk(&fleet(&[("brief", brief), ("days", days)]));
+    for (format, said) in [
+        ("setpoints", "rows at 20 a second"),
+        ("mcap", "drones in scenes at 10 a second"),
+        ("czml --georeference 47,8,400,90", "places to compare"),
+    ] {
+        let line = format!("export plan.json --to {format} --out o");
+        let (code, _, errors) = run(desk.path(), &line);
+        assert_eq!(code, Some(1), "{errors}");
+        assert!(
+            errors.contains("`days`: it is there for 17000000 s"),
+            "{errors}"
+        );
+        assert!(
+            errors.contains(said) && !errors.contains("`brief`"),
+            "{errors}"
+        );
+    }
+    assert!(!desk.path().join("o").exists());
+}
+
 #[test]
 fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
     let mut together = plan();

@@ -211,6 +211,9 @@ fn a_show_names_first_and_worst_exposure_and_is_a_page_and_a_plan() {
     let (code, _, errors) = run(folder, "check show.skyc");
     assert_eq!(code, Some(2));
     assert!(errors.contains("--airframe NAME"), "{errors}");
+    fs::write(folder.join("plan.json"), "{}").unwrap();
+    let (_, _, errors) = run(folder, "check plan.json --airframe crazyflie-2.1");
+    assert!(errors.contains("leave --airframe"), "{errors}");
     let line = "check show.skyc --airframe crazyflie-2.1 --out out";
     let (code, told, errors) = run(folder, line);
     assert_eq!(code, Some(1), "{told}{errors}");

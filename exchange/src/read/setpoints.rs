@@ -10,27 +10,26 @@ use crate::frame::{Axes, Frame};
 ///
 /// # Errors
 ///
-/// It names neither, or places twice.
+/// It names neither.
 pub fn axes(text: &str) -> Result<Axes, ReadError> {
     let header = text.lines().next().unwrap_or_default();
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
-    let (axes, further) = match &columns[..] {
-        ["t_s", "n_m", "e_m", "d_m", further @ ..] => (Axes::Ned, further),
-        ["t_s", "x_m", "y_m", "z_m", further @ ..] => (Axes::Enu, further),
+    match columns[..] {
+        ["t_s", "n_m", "e_m", "d_m", ..] => Ok(Axes::Ned),
+        ["t_s", "x_m", "y_m", "z_m", ..] => Ok(Axes::Enu),
         _ => {
             let what = "a setpoint table begins t_s,n_m,e_m,d_m (NED) or t_s,x_m,y_m,z_m (ENU)";
-            return Err(ReadError::line(1, what));
-        }
-    };
-    let places = ["t_s", "n_m", "e_m", "d_m", "x_m", "y_m", "z_m"];
-    match further.iter().find(|name| places.contains(name)) {
-        None => Ok(axes),
-        Some(again) => {
-            let first = columns[..4].join(",");
-            let what = format!("`{again}` beside {first}: one time and one place a row");
             Err(ReadError::line(1, what))
         }
     }
+}
+
+/// A further column that is another time or place.
+fn again(text: &str) -> Option<&str> {
+    let header = text.lines().next().unwrap_or_default();
+    let places = ["t_s", "n_m", "e_m", "d_m", "x_m", "y_m", "z_m"];
+    let mut further = header.split(',').map(str::trim).skip(4);
+    further.find(|name| places.contains(name))
 }
 
 /// One drone in the world, whose +x has this heading (deg), places counted from one of its own (m).
@@ -43,6 +42,10 @@ pub fn read(text: &str, heading_deg: f64, from_m: Point3<f64>) -> Result<Flown, 
         axes: axes(text)?,
         heading_deg,
     };
+    if let Some(again) = again(text) {
+        let what = format!("a further column `{again}`: there is one time and one place a row");
+        return Err(ReadError::line(1, what));
+    }
     let Table { rows, mut faults } = table(text, columns_of(text), 4)?;
     let rows = rows.into_iter().map(|(line, row)| {
         let seen_m = Vector3::new(row[1], row[2], row[3]);
