@@ -33,6 +33,8 @@ const MOST_ROWS: usize = 128;
 const JOINED_M: f64 = 1e-3;
 /// Parts of a length that are below any rounding (m).
 const NOTHING_M: f64 = 1e-9;
+/// A home this far beside a first point is told (m): chosen here, what placing by hand is off.
+const HOME_M: f64 = 0.1;
 /// Halvings of a piece: chosen here, far more than any trajectory that can be flown takes.
 const MOST_HALVINGS: usize = 20;
 
@@ -228,6 +230,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
     let mut show = Show::default();
     let mut kinds: Vec<Kind> = Vec::new();
     let mut nearness = Nearness::default();
+    let mut homes = Homes::default();
     let mut originals: Vec<Original> = Vec::new();
     for file in files {
         let read = Kind::of(file).map_err(|error| vec![error]);
@@ -249,6 +252,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
                 name,
                 flown,
                 lights,
+                home_m,
             } = performer;
             if show.drones.iter().any(|it| it.name == name) {
                 let what = format!("a second drone `{name}`");
@@ -262,6 +266,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
                 show.kept.lights.insert(name.clone(), lights);
             }
             let trajectory = trajectory(&flown, &mut nearness);
+            homes.add(&name, home_m, trajectory.position_m.first());
             show.drones.push(Intended { name, trajectory });
         }
     }
@@ -273,7 +278,40 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
         .push(format!("read as {}", kinds.join(" and ")));
     show.keep(originals);
     show.remarks.extend(nearness.told());
+    show.remarks.extend(homes.told());
     Ok(show)
+}
+
+/// Drones whose home is not where their trajectory begins.
+#[derive(Default)]
+struct Homes {
+    beside: usize,
+    /// By how much (m), and whose.
+    farthest: (f64, String),
+}
+
+impl Homes {
+    fn add(&mut self, name: &str, home_m: Option<Point3<f64>>, first_m: Option<&Point3<f64>>) {
+        let Some((home_m, first_m)) = home_m.zip(first_m) else {
+            return;
+        };
+        let off_m = (home_m - first_m).xy().norm();
+        self.beside += usize::from(off_m > HOME_M);
+        if off_m > self.farthest.0 {
+            self.farthest = (off_m, name.to_owned());
+        }
+    }
+
+    fn told(&self) -> Option<String> {
+        let (off_m, name) = &self.farthest;
+        (self.beside > 0).then(|| {
+            let drones = if self.beside == 1 { "drone" } else { "drones" };
+            format!(
+                "`home` of {} {drones} is beside the first point of the trajectory, by up to {off_m:.2} m (`{name}`): judged is the trajectory from its first point on",
+                self.beside
+            )
+        })
+    }
 }
 
 impl ShowError {
@@ -346,6 +384,7 @@ fn read_file(
     let performer = read::skyc::Performer {
         name: known.map_or(stem, |it| &it.name).to_owned(),
         flown,
+        home_m: None,
         lights: None,
     };
     Ok((vec![performer], None))

@@ -217,6 +217,7 @@ fn a_show_names_first_and_worst_exposure_and_is_a_page_and_a_plan() {
     let line = "check show.skyc --airframe crazyflie-2.1 --out out";
     let (code, told, errors) = run(folder, line);
     assert_eq!(code, Some(1), "{told}{errors}");
+    assert!(told.contains("by up to 8.00 m (`Drone 2`)"), "{told}");
     for said in [
         "first exposure over a limit: `Drone 2` is exposed",
         "mostly from `Drone 1`",

@@ -24,6 +24,8 @@ pub struct Performer {
     pub flown: Flown,
     /// Its light program.
     pub lights: Option<Lights>,
+    /// Where it stands before the show (m), where that is said.
+    pub home_m: Option<Point3<f64>>,
 }
 
 /// A drone's entry.
@@ -39,6 +41,8 @@ struct Settings {
     trajectory: Trajectory,
     #[serde(default)]
     lights: Option<Value>,
+    #[serde(default)]
+    home: Option<[f64; 3]>,
 }
 
 #[derive(Deserialize)]
@@ -137,6 +141,7 @@ fn performer(zip: &mut Zip<'_>, k: usize, mut drone: Value) -> Result<Performer,
         name,
         trajectory,
         lights,
+        home,
     } = entry.settings;
     let (flown, faults) = flown(&trajectory);
     errors.extend(faults.iter().map(|what| ReadError::within(&within, what)));
@@ -150,6 +155,7 @@ fn performer(zip: &mut Zip<'_>, k: usize, mut drone: Value) -> Result<Performer,
             name: name.unwrap_or_else(|| format!("drone-{}", k + 1)),
             flown,
             lights,
+            home_m: home.map(Point3::from),
         }),
         false => Err(errors),
     }
