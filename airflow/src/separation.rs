@@ -171,12 +171,18 @@ impl Separation {
             dose_m: 0.0,
             extra_energy_j: 0.0,
         };
+        let mut before: Option<(f64, f64)> = None;
         for k in 0..PASSAGE_STEPS {
-            let tan = ((k as f64 + 0.5) * step_rad - std::f64::consts::FRAC_PI_2).tan();
+            let angle_rad = (k as f64 + 0.5) * step_rad - std::f64::consts::FRAC_PI_2;
+            let tan = angle_rad.tan();
             let along_m = wide_m * tan;
             let step_s = wide_m * (1.0 + tan * tan) * step_rad / speed_mps;
             let Met { air_mps, alpha, .. } = self.met(below_m, along_m.abs());
-            passage.over_limit_s += if alpha > limit { step_s } else { 0.0 };
+            if let Some(before) = before.replace((angle_rad, alpha)) {
+                let over_rad = part_over([before, (angle_rad, alpha)], limit);
+                let over = over_rad[1].tan() - over_rad[0].tan();
+                passage.over_limit_s += wide_m * over / speed_mps;
+            }
             passage.dose_m += air_mps * step_s;
             let (mass_kg, u_h_mps) = (self.lower_mass_kg, self.lower_u_h_mps);
             passage.extra_energy_j += power::extra_energy_j(mass_kg, u_h_mps, alpha, step_s);
@@ -237,6 +243,18 @@ fn last_over(to_m: f64, over: &dyn Fn(f64) -> bool) -> f64 {
         }
     }
     high_m
+}
+
+/// From where to where a straight line between two points (x, value) is above a level; nowhere is
+/// from a place to itself.
+fn part_over([(x0, value0), (x1, value1)]: [(f64, f64); 2], level: f64) -> [f64; 2] {
+    let crosses = x0 + (x1 - x0) * (level - value0) / (value1 - value0);
+    match (value0 > level, value1 > level) {
+        (true, true) => [x0, x1],
+        (true, false) => [x0, crosses],
+        (false, true) => [crosses, x1],
+        (false, false) => [x0, x0],
+    }
 }
 
 #[cfg(test)]
@@ -373,6 +391,20 @@ mod tests {
         assert!((slow.dose_m / fast.dose_m - 2.0).abs() < 1e-9);
         assert!((slow.extra_energy_j / fast.extra_energy_j - 2.0).abs() < 1e-9);
         assert!((slow.over_limit_s / fast.over_limit_s - 2.0).abs() < 1e-9);
+    }
+
+    /// What is beside the axis by less than the limit asks for is over it, and nothing else.
+    #[test]
+    fn a_passage_is_over_a_limit_for_as_long_as_it_is_nearer_than_the_limit_asks_for() {
+        for (below_m, limit) in [(1.0, 0.3), (7.08, 1e-4), (1.18, 1e-4)] {
+            let pair = of("kolibri", "kolibri");
+            let over_m = 2.0 * pair.passage(below_m, 2.0, limit).over_limit_s;
+            let wide_m = 2.0 * pair.beside_m(limit, below_m);
+            assert!(
+                (over_m / wide_m - 1.0).abs() < 2e-3,
+                "{below_m}: {over_m} {wide_m}"
+            );
+        }
     }
 
     #[test]
