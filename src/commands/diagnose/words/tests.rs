@@ -53,7 +53,7 @@ fn shape(random: &mut Draws) -> Shape {
         is_predictable,
         correction: Vec::new(),
         left: Vec::new(),
-        tolerance: [0.02, 0.01],
+        tolerance: vec![[0.02, 0.01]],
     }
 }
 
