@@ -120,7 +120,8 @@ fn the_minimum_detectable_effect_is_noticed_four_times_in_five() {
     for seed in 100..300 {
         let made = made(seed, |_, _| 0.0);
         let tangent = DVector::from_iterator(made.x.len(), made.x.iter().map(|x| x * x));
-        let least = minimum_detectable(tangent.as_slice(), &[none.clone()], 1).expect("it changes");
+        let least = minimum_detectable(tangent.as_slice(), std::slice::from_ref(&none), 1)
+            .expect("it changes");
         let read = DVector::from_column_slice(&made.residual) + least * &tangent;
         noticed += usize::from((tangent.dot(&read) / tangent.norm()).abs() > z);
     }
