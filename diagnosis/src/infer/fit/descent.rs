@@ -36,8 +36,6 @@ pub(super) struct Descent<'a> {
     pub(super) cost: f64,
     slopes: Slopes,
     damping: f64,
-    /// Of gains and offsets.
-    spreads: Vec<f64>,
     /// Iterations that are left.
     left: usize,
 }
@@ -64,7 +62,6 @@ impl<'a> Descent<'a> {
             whitened,
             slopes: Slopes::default(),
             damping: 1e-3,
-            spreads: setting.wide_spreads(),
             left: ITERATIONS,
         };
         descent.measure();
@@ -116,8 +113,8 @@ impl<'a> Descent<'a> {
         self.left -= 1;
         let weights: Vec<f64> = self.whitened.iter().map(|e| weight(*e)).collect();
         let errors = (&self.whitened[..], &weights[..]);
-        let (normal, gradient) =
-            normal_equations(&self.jacobian(), errors, &self.at, &self.spreads);
+        let spreads = self.setting.wide_spreads();
+        let (normal, gradient) = normal_equations(&self.jacobian(), errors, &self.at, &spreads);
         let enough = ENOUGH * self.cost.max(1.0);
         // Slopes that were brought up to date may be why a step fails.
         let dampings = if self.slopes.is_measured { DAMPINGS } else { 1 };
