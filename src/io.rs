@@ -8,5 +8,4 @@ pub(crate) mod journal;
 pub(crate) mod plans;
 pub(crate) mod problems;
 pub(crate) mod progress;
-pub(crate) mod recordings;
 pub(crate) mod watch;

@@ -1,12 +1,12 @@
 //! Scenarios planned; plans read, checked, flown.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use flight::Options;
 use flight::controller::Controller;
+use loader::files::{self, MOST_SCENARIO_BYTES};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use planner::plan::file::{self, PlanFile};
@@ -42,14 +42,14 @@ impl World {
                 Some(finding) if finding == cited => Path::new(cited).to_owned(),
                 _ => Path::new(folder).join(cited),
             };
-            fs::read_to_string(path).map_err(|error| error.to_string())
+            files::text(&path, MOST_SCENARIO_BYTES).map_err(|error| error.to_string())
         };
-        let files = Files::new(&load);
-        let files = match finding {
-            Some(finding) => files.with_finding(finding),
-            None => files,
+        let cited = Files::new(&load);
+        let cited = match finding {
+            Some(finding) => cited.with_finding(finding),
+            None => cited,
         };
-        let world = planner::read_world_with(text, &files);
+        let world = planner::read_world_with(text, &cited);
         let world = world.map_err(|problems| scenario(py, (name, text), &problems))?;
         Ok(World(Arc::new(world)))
     }

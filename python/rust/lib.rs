@@ -19,25 +19,17 @@ use pyo3::prelude::*;
 fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("PRESETS", airflow::Airframe::PRESETS.to_vec())?;
-    module.add(
-        "FOLDER_FILES",
-        diagnosis::record::read::FOLDER_FILES.to_vec(),
-    )?;
-    module.add("LOG_FILES", diagnosis::record::read::LOG_FILES)?;
-    module.add("LOG_HEAD_BYTES", diagnosis::record::read::LOG_HEAD_BYTES)?;
     module.add_class::<air::Air>()?;
     module.add_class::<air::Separation>()?;
     module.add_class::<fleet::World>()?;
     module.add_class::<fleet::Plan>()?;
-    module.add_class::<recordings::Campaign>()?;
     module.add_class::<recordings::Recording>()?;
     module.add_class::<running::Running>()?;
     module.add_function(wrap_pyfunction!(fleet::plan, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::check, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::fly, module)?)?;
     module.add_function(wrap_pyfunction!(exports::export, module)?)?;
-    module.add_function(wrap_pyfunction!(recordings::log_name, module)?)?;
-    module.add_function(wrap_pyfunction!(recordings::unused, module)?)?;
+    module.add_function(wrap_pyfunction!(recordings::read_all, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::no_force, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::diagnose, module)?)?;

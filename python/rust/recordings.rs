@@ -1,7 +1,7 @@
 //! Recordings: read, simulated, diagnosed, calibrated.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::io::Error;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnosis::calibrate::{self as fits, jet_ron};
@@ -16,10 +16,8 @@ use diagnosis::infer::diagnose::diagnose_channel;
 use diagnosis::infer::finding::FORMAT;
 use diagnosis::infer::finding_file::finding_ron;
 use diagnosis::infer::noticed::{RemarkOf, Remarked, doubts, noticed};
-use diagnosis::record::problem::Problems;
-use diagnosis::record::read;
-use diagnosis::record::remark::{Remark, RemarkKind};
 use diagnosis::thrust::maps::identify_all;
+use loader::recordings::{self, LoadError, Meta};
 use numpy::IntoPyArray;
 use numpy::ndarray::{Array1, Array2};
 use pyo3::exceptions::PyValueError;
@@ -35,53 +33,8 @@ use crate::waiting::{Stop, wait};
 #[pyclass(frozen)]
 pub(crate) struct Recording(Arc<diagnosis::record::recording::Recording>);
 
-/// What speaks for flight logs.
-#[pyclass(frozen)]
-pub(crate) struct Campaign(read::Campaign);
-
-#[pymethods]
-impl Campaign {
-    /// Reads a campaign file's text (RON).
-    #[new]
-    fn new(py: Python<'_>, file: &str, text: &str) -> PyResult<Campaign> {
-        let read = read::Campaign::parse(file, text);
-        Ok(Campaign(read.map_err(|it| recording(py, &it))?))
-    }
-}
-
 #[pymethods]
 impl Recording {
-    /// From the files of its folder, by name; problems name them as they lie in it.
-    #[staticmethod]
-    fn read_folder(
-        py: Python<'_>,
-        name: &str,
-        folder: &str,
-        files: BTreeMap<String, Vec<u8>>,
-    ) -> PyResult<Recording> {
-        let read = read::read_folder(name, &files).map_err(|Problems(mut problems)| {
-            for problem in &mut problems {
-                let path = Path::new(folder).join(&problem.file);
-                problem.file = path.display().to_string();
-            }
-            recording(py, &Problems(problems))
-        });
-        Ok(Recording(Arc::new(read?)))
-    }
-
-    /// From a flight log, with what it leaves unsaid.
-    #[staticmethod]
-    fn read_log(
-        py: Python<'_>,
-        name: &str,
-        file: &str,
-        bytes: &[u8],
-        campaign: &Campaign,
-    ) -> PyResult<Recording> {
-        let read = read::read_log(name, file, bytes, &campaign.0);
-        Ok(Recording(Arc::new(read.map_err(|it| recording(py, &it))?)))
-    }
-
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
@@ -100,19 +53,45 @@ impl Recording {
     }
 }
 
-/// The name of a flight log without its ending, by its name and first bytes; none of another file.
+/// Every recording at some paths, as `plan diagnose` finds them, and remarks on what is left out, as
+/// JSON.
 #[pyfunction]
-pub(crate) fn log_name(file: &str, head: &[u8]) -> Option<String> {
-    read::log_name(file, head).map(str::to_owned)
+pub(crate) fn read_all(
+    py: Python<'_>,
+    paths: Vec<PathBuf>,
+    meta: Option<PathBuf>,
+) -> PyResult<(Vec<Recording>, String)> {
+    let read = wait(py, &Stop::default(), move || {
+        let meta = Meta {
+            file: meta.as_deref(),
+            option: "meta=",
+        };
+        recordings::read_all(&paths, meta)
+    })?;
+    let read = read.map_err(|error| unread(py, &error))?;
+    let left_out = read.left_out.into_iter();
+    let left_out = left_out.map(|(recording, remark)| RemarkOf { recording, remark });
+    let left_out = json_text(&left_out.collect::<Vec<_>>())?;
+    let all = read.recordings.into_iter();
+    Ok((all.map(|it| Recording(Arc::new(it))).collect(), left_out))
 }
 
-/// A remark on a recording that is not used, as JSON.
-#[pyfunction]
-pub(crate) fn unused(recording: &str, message: &str) -> PyResult<String> {
-    json_text(&RemarkOf {
-        recording: recording.to_owned(),
-        remark: Remark::new(RemarkKind::Unused, None, message),
-    })
+/// As an exception of the package, or the operating system's.
+fn unread(py: Python<'_>, error: &LoadError) -> PyErr {
+    match error {
+        LoadError::Read { source, .. } => Error::new(source.kind(), error.to_string()).into(),
+        LoadError::Problems(problems) => recording(py, &error.to_string(), &problems.0),
+        LoadError::Several(several) => {
+            let mut problems = Vec::new();
+            for one in several {
+                match one {
+                    LoadError::Problems(more) => problems.extend_from_slice(&more.0),
+                    other => return unread(py, other),
+                }
+            }
+            recording(py, &error.to_string(), &problems)
+        }
+    }
 }
 
 /// Why no force of any of these flight logs can be told.

@@ -1,5 +1,6 @@
 //! The package's exceptions, from what the crates refuse.
 
+use diagnosis::record::problem::Problem;
 use planner::plan::file::NotAPlan;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -68,9 +69,9 @@ pub(crate) fn no_plan(py: Python<'_>, file: Option<&str>, why: &NotAPlan) -> PyE
     refused(py, "PlanError", &format!("{named}{why}"), &entries)
 }
 
-/// What is wrong with a recording, each at its file and line.
-pub(crate) fn recording(py: Python<'_>, problems: &diagnosis::record::problem::Problems) -> PyErr {
-    let entry = |problem: &diagnosis::record::problem::Problem| {
+/// What is wrong with recordings, each at its file and line.
+pub(crate) fn recording(py: Python<'_>, message: &str, problems: &[Problem]) -> PyErr {
+    let entry = |problem: &Problem| {
         json!({
             "message": problem.message,
             "file": problem.file,
@@ -81,9 +82,8 @@ pub(crate) fn recording(py: Python<'_>, problems: &diagnosis::record::problem::P
             "help": problem.help,
         })
     };
-    let entries: Vec<Value> = problems.0.iter().map(entry).collect();
-    let lines: Vec<String> = problems.0.iter().map(ToString::to_string).collect();
-    refused(py, "RecordingError", &lines.join("\n"), &entries)
+    let entries: Vec<Value> = problems.iter().map(entry).collect();
+    refused(py, "RecordingError", message, &entries)
 }
 
 /// An exception of the package that is one sentence.

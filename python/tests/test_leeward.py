@@ -514,6 +514,25 @@ def test_logs_that_tell_no_force_are_left_out_with_what_they_lack(tmp_path):
         leeward.diagnose([hall, ROOT / "recordings" / "draughty-hall"])
 
 
+def test_logs_that_a_campaign_joins_are_one_recording(tmp_path):
+    hall = tmp_path / "hall"
+    logs_of_two(hall, 1)
+    header, *rows = (hall / "f0.csv").read_text().splitlines()
+    columns = header.replace(",vehicle", "")
+    for name in ("a", "b"):
+        own = [",".join((t_s, *rest)) for t_s, of, *rest in (it.split(",") for it in rows) if of == name]
+        (hall / f"of_{name}.csv").write_text("\n".join([columns, *own]) + "\n")
+    text = CAMPAIGN.rstrip().removesuffix(")")
+    noon = 'joined: { "noon": { "a": "of_a", "b": "of_b" } }, starts_s: { "of_a": 5, "of_b": 5 },)'
+    (hall / "campaign.ron").write_text(text + noon)
+    apart, joined = leeward.simulate(hall)
+    assert (apart.recording, joined.recording) == ("f0", "noon")
+    assert joined.recorded.size > 1000 and np.isin([0, 1], joined.subject).all()
+    (hall / "of_b.csv").unlink()
+    with pytest.raises(leeward.RecordingError, match="`of_b` of flight `noon` is not among the logs"):
+        leeward.simulate(hall)
+
+
 def test_of_a_folder_what_cannot_be_read_is_left_out_with_a_remark(tmp_path):
     source = ROOT / "recordings" / "draughty-hall"
     for name in ("sound", "spoilt", "bare"):

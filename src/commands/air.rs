@@ -200,6 +200,7 @@ fn report(found: &AirAnswer, wake: &Wake) -> Report {
     );
     let mut down = vec![Part::table("rrrrrr", &headings, rows)];
     down.extend(wake.airframe().fit_note().map(Part::line));
+    down.push(Part::line(wake.airframe().measured_note()));
     down.push(
         Part::line(format!(
             "The near field, down to {depth_m:.2} m and {radius_m:.2} m around the axis, is four jets that merge. Mean axial speed in still air, without floor or walls; gusts of about a quarter of the centreline's speed come on top. On a floor the air turns outwards: docs/limits.md."

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use diagnosis::campaign::{CampaignFinding, diagnose_campaign};
+use loader::recordings;
 use serde::Serialize;
 use tools::real_flights::{self, DRONES, HARDWARE, NORMAL, QUESTIONS, Question, SWARM, Set};
 use validation::folder;
@@ -14,11 +15,11 @@ use validation::{Answer as Given, Case, Half};
 
 use crate::commands::diagnose;
 use crate::commands::plan::at_least_1;
+use crate::commands::recordings::meta;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
 use crate::io::progress::Progress;
-use crate::io::recordings;
 use crate::io::watch::cpu_s;
 use crate::report::words::wrote;
 
@@ -128,7 +129,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 fn flights(folder: &Path) -> Result<Answer, Failure> {
     let read = |set: &Set| {
         let paths = [folder.join(set.folder)];
-        let read = recordings::read_all(&paths, Some(Path::new(set.campaign)))?;
+        let read = recordings::read_all(&paths, meta(Some(Path::new(set.campaign))))?;
         Ok::<_, Failure>(read.recordings)
     };
     let swarm = read(&SWARM)?;

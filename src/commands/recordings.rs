@@ -1,21 +1,27 @@
 //! What the commands on recordings share: their arguments, and how they answer.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnosis::infer::noticed::RemarkOf;
 use diagnosis::record::recording::Recording;
+use loader::recordings::{self, Meta, ReadAll};
 use serde::Serialize;
 
 use super::answers;
 use crate::io::answer::{Format, print};
 use crate::io::failure::Failure;
 use crate::io::files::OutFolder;
-use crate::io::recordings::{self, ReadAll};
 use crate::report::page;
 use crate::report::sections::Report;
 use crate::report::words::wrote;
+
+/// A campaign file that is named, or none.
+pub(crate) fn meta(file: Option<&Path>) -> Meta<'_> {
+    let option = "--meta";
+    Meta { file, option }
+}
 
 #[derive(Args, Clone)]
 pub(crate) struct Asked {
@@ -98,7 +104,7 @@ impl Asked {
         let ReadAll {
             recordings,
             left_out,
-        } = recordings::read_all(paths, self.meta.as_deref())?;
+        } = recordings::read_all(paths, meta(self.meta.as_deref()))?;
         let first = recordings.first().map_or("recordings", |first| &first.name);
         let name = recordings::name_of(paths, first);
         let left_out = left_out.into_iter();

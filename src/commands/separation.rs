@@ -159,7 +159,7 @@ fn report(
     );
     let Column { radius_m, depth_m } = found.column;
     let answer = format!(
-        "Keep a {} at least {:.2} m straight below a {}, or {:.2} m beside its axis at any depth; never in its near-field column.",
+        "Keep {} at least {:.2} m straight below {}, or {:.2} m beside its axis at any depth; never in its near-field column.",
         lower.airframe, found.below_m, upper.airframe, found.beside_m
     );
     report.section("How far", vec![Part::line(answer), Part::List(vec![
@@ -192,6 +192,7 @@ fn report(
     let mut notes: Vec<String> = airframes.iter().filter_map(|it| it.fit_note()).collect();
     notes.dedup();
     below.extend(notes.into_iter().map(Part::line));
+    below.push(Part::line(airframes[1].measured_note()));
     below.extend([
         Part::line(format!(
             "The first four columns: hovering straight below. Beside: where the limit is kept at that depth. The last three: passing through the axis at {speed_mps} m/s."

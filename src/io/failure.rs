@@ -10,9 +10,12 @@ use diagnosis::campaign::{CampaignError, lacking};
 use diagnosis::infer::diagnose::DiagnoseError;
 use diagnosis::infer::finding_file::NoFinding;
 use diagnosis::record::recording::Recording;
+use loader::recordings::LoadError;
 use thiserror::Error;
 use tools::instances::InstanceError;
 use tools::table::{first_few, joined};
+
+use crate::io::problems::of_recordings;
 
 /// What keeps a command from answering.
 #[derive(Debug, Error)]
@@ -158,6 +161,18 @@ fn told(lacking: &[String]) -> String {
     match lacking {
         [] => String::new(),
         several => format!("; {}", several.join("; ")),
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Failure {
+        match error {
+            LoadError::Read { path, source } => Failure::Read { path, source },
+            LoadError::Problems(problems) => Failure::Drawn(of_recordings(&problems)),
+            LoadError::Several(several) => {
+                Failure::Several(several.into_iter().map(Failure::from).collect())
+            }
+        }
     }
 }
 

@@ -1,52 +1,17 @@
-//! What `plan` reads, up to an end, and what it writes: whole files or none, and the line breaks of
-//! its JSON.
+//! What `plan` writes: whole files or none, and the line breaks of its JSON.
 
 use std::fs;
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+pub(crate) use loader::files::{
+    MOST_BYTES, MOST_SCENARIO_BYTES, bytes_of, is_plain, text, text_of,
+};
 use serde::Serialize;
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use crate::io::failure::Failure;
-
-/// Most bytes of a scenario and of what it names, of a campaign file: chosen here, thirty times the
-/// scenario of ten thousand drones.
-pub(crate) const MOST_SCENARIO_BYTES: u64 = 32 << 20;
-/// Most bytes of a plan, and of a recording once it is unpacked: chosen here, several times the
-/// plan of ten thousand drones.
-pub(crate) const MOST_BYTES: u64 = 200 << 20;
-
-/// A text of at most so many bytes, from the beginning of a file to its end.
-pub(crate) fn text(path: &Path, most: u64) -> io::Result<String> {
-    text_of(fs::File::open(path)?, most)
-}
-
-/// A text of at most so many bytes, without a byte order mark.
-pub(crate) fn text_of(from: impl io::Read, most: u64) -> io::Result<String> {
-    let bytes = bytes_of(from, most)?;
-    let text = String::from_utf8(bytes).map_err(|_| {
-        let what = "it is no text: not all of it is UTF-8";
-        io::Error::new(io::ErrorKind::InvalidData, what)
-    })?;
-    match text.strip_prefix('\u{feff}') {
-        Some(text) => Ok(text.to_owned()),
-        None => Ok(text),
-    }
-}
-
-/// The bytes of a file, if they are not more than so many.
-pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    from.take(most + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most {
-        let mib = most >> 20;
-        let what = format!("it is longer than {mib} MiB");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, what));
-    }
-    Ok(bytes)
-}
 
 /// The commands that write folders: the file by which one knows theirs, the command, and where it
 /// writes unless it is told.
@@ -133,11 +98,6 @@ pub(crate) fn write<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<(), Failur
             .map_err(|error| Failure::write(path)(error.error))?;
     }
     Ok(())
-}
-
-/// Whether a name that a file states is one of a file or a folder, and no path.
-pub(crate) fn is_plain(name: &str) -> bool {
-    Path::new(name).file_name().is_some_and(|it| it == name)
 }
 
 /// Files by their names in a folder.

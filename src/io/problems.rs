@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io::IsTerminal;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use diagnosis::record::problem as record;
 use planner::scenario::Problem;
 use tools::table::joined;
 
@@ -34,6 +35,21 @@ pub(crate) fn draw(problems: &[Problem], path: &str, text: &str, colour: bool) -
         }
     });
     listed(groups, told.len(), colour) + &format!("{path}: {}\n", counted(problems.len()))
+}
+
+/// Problems of recordings one below the other, with their helps, and a last line that counts them.
+pub(crate) fn of_recordings(problems: &record::Problems) -> String {
+    let problems = &problems.0;
+    let titles: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    let groups = problems.iter().zip(&titles).map(|(problem, title)| {
+        let group = Group::with_title(Level::ERROR.primary_title(title.as_str()));
+        match &problem.help {
+            Some(help) => group.element(Level::HELP.message(help.as_str())),
+            None => group,
+        }
+    });
+    let drawn = listed(groups, problems.len(), colour_on_stderr());
+    drawn + &counted(problems.len()) + "\n"
 }
 
 /// Where a problem is, in a few words.

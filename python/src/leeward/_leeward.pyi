@@ -4,12 +4,8 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
-    "FOLDER_FILES",
-    "LOG_FILES",
-    "LOG_HEAD_BYTES",
     "PRESETS",
     "Air",
-    "Campaign",
     "Plan",
     "Recording",
     "Running",
@@ -22,11 +18,10 @@ __all__ = [
     "diagnose_flights",
     "export",
     "fly",
-    "log_name",
     "no_force",
     "plan",
+    "read_all",
     "simulate",
-    "unused",
 ]
 
 _Floats: TypeAlias = npt.NDArray[np.float64]
@@ -36,9 +31,6 @@ _Change: TypeAlias = tuple[str, str, float, list[_To]]
 
 __version__: str
 PRESETS: list[str]
-FOLDER_FILES: list[str]
-LOG_FILES: str
-LOG_HEAD_BYTES: int
 
 @final
 class Air:
@@ -88,15 +80,7 @@ class Plan:
     def positions(self, drone: int, t_s: _Floats) -> _Floats: ...
 
 @final
-class Campaign:
-    def __new__(cls, file: str, text: str) -> Campaign: ...
-
-@final
 class Recording:
-    @staticmethod
-    def read_folder(name: str, folder: str, files: dict[str, bytes]) -> Recording: ...
-    @staticmethod
-    def read_log(name: str, file: str, bytes: bytes, campaign: Campaign) -> Recording: ...
     @property
     def name(self) -> str: ...
     @property
@@ -127,8 +111,7 @@ def export(
     setpoints: tuple[str, float, bool],
     only: tuple[bool, bool],
 ) -> tuple[str, list[tuple[str, bytes]]]: ...
-def log_name(file: str, head: bytes) -> str | None: ...
-def unused(recording: str, message: str) -> str: ...
+def read_all(paths: list[str], meta: str | None) -> tuple[list[Recording], str]: ...
 def no_force(recordings: list[Recording]) -> str: ...
 def simulate(
     recordings: list[Recording],

@@ -1,21 +1,18 @@
-//! Recordings from disk: which files there are, their bytes, and their problems as a person reads
-//! them.
+//! Recordings at paths: which there are, what speaks for them, which are left out.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-use annotate_snippets::{Group, Level};
 use diagnosis::record::problem::{Problem, Problems};
 use diagnosis::record::read::{self, Campaign, JoinedLog};
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
 use rayon::prelude::*;
+use thiserror::Error;
 
-use super::failure::Failure;
-use super::files::{self, MOST_BYTES, MOST_SCENARIO_BYTES};
-use super::problems::{colour_on_stderr, counted, listed};
+use crate::files::{self, MOST_BYTES, MOST_SCENARIO_BYTES};
 
 /// What makes a folder a `downwash-recording/1`.
 const META: &str = "meta.json";
@@ -30,20 +27,73 @@ const FLIGHTS: &str = "flights";
 
 /// Recordings sorted by name, and what was left out: each with the name of its recording.
 #[derive(Debug)]
-pub(crate) struct ReadAll {
-    pub(crate) recordings: Vec<Recording>,
-    pub(crate) left_out: Vec<(String, Remark)>,
+pub struct ReadAll {
+    /// Those that are in order.
+    pub recordings: Vec<Recording>,
+    /// Those that are not, and copies.
+    pub left_out: Vec<(String, Remark)>,
 }
 
-/// Reads every recording at `paths`: folders with a meta.json; flight logs, alone or in a folder,
-/// with the campaign file `meta`, or the campaign.ron beside or above them. One that is named must
-/// be in order; of those that only its folder names, one that is not is left out.
-pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<ReadAll, Failure> {
+/// Why recordings are not read.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// The disk refused.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// What.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// What is wrong with them, each at its place: a line each, and one for its help.
+    #[error("{}", with_helps(.0))]
+    Problems(Problems),
+    /// Several of these, a line or more each.
+    #[error("{}", lines(.0))]
+    Several(Vec<LoadError>),
+}
+
+fn with_helps(Problems(problems): &Problems) -> String {
+    let line = |it: &Problem| match &it.help {
+        Some(help) => format!("{it}\nhelp: {help}"),
+        None => it.to_string(),
+    };
+    lines(&problems.iter().map(line).collect::<Vec<String>>())
+}
+
+fn lines<T: ToString>(all: &[T]) -> String {
+    all.iter().map(T::to_string).collect::<Vec<_>>().join("\n")
+}
+
+impl LoadError {
+    fn read(path: &Path) -> impl FnOnce(std::io::Error) -> LoadError {
+        let path = path.to_owned();
+        move |source| LoadError::Read { path, source }
+    }
+}
+
+/// What flight logs leave unsaid.
+#[derive(Clone, Copy, Debug)]
+pub struct Meta<'m> {
+    /// The campaign file; `None`: that beside or above each log.
+    pub file: Option<&'m Path>,
+    /// How a user names one, for who has none: `--meta`.
+    pub option: &'m str,
+}
+
+/// Reads every recording at `paths`: folders with a meta.json; flight logs, alone or in a folder.
+/// One that is named must be in order; of those that only its folder names, one that is not is left
+/// out.
+///
+/// # Errors
+///
+/// Paths that cannot be read, all that is wrong with what is named, and that nothing is in order.
+pub fn read_all(paths: &[PathBuf], meta: Meta<'_>) -> Result<ReadAll, LoadError> {
     let mut sources = Vec::new();
     let found = paths.iter().map(|path| find(path, &mut sources));
-    let missing: Vec<Failure> = found.filter_map(Result::err).collect();
+    let missing: Vec<LoadError> = found.filter_map(Result::err).collect();
     if !missing.is_empty() {
-        return Err(Failure::Several(missing));
+        return Err(LoadError::Several(missing));
     }
     sources.sort();
     sources.dedup();
@@ -51,17 +101,18 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<ReadAll
     let campaigns: Vec<Option<PathBuf>> = sources
         .iter()
         .map(|source| source.campaign(meta))
-        .collect::<Result<_, Failure>>()?;
+        .collect::<Result<_, LoadError>>()?;
     let mut parsed = BTreeMap::new();
     for file in campaigns.iter().flatten() {
         if !parsed.contains_key(file) {
-            let text = files::text(file, MOST_SCENARIO_BYTES).map_err(Failure::read(file))?;
-            let campaign = Campaign::parse(&file.display().to_string(), &text).map_err(refused)?;
+            let text = files::text(file, MOST_SCENARIO_BYTES).map_err(LoadError::read(file))?;
+            let campaign =
+                Campaign::parse(&file.display().to_string(), &text).map_err(LoadError::Problems)?;
             parsed.insert(file, campaign);
         }
     }
     let (sources, campaigns) = joined(sources, &campaigns, &parsed)?;
-    let read: Vec<Result<Result<Recording, Problems>, Failure>> = sources
+    let read: Vec<Result<Result<Recording, Problems>, LoadError>> = sources
         .par_iter()
         .zip(campaigns)
         .map(|(source, file)| source.read(file.map(|file| &parsed[file])))
@@ -77,7 +128,7 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<ReadAll
     }
     if recordings.is_empty() || !problems.is_empty() {
         problems.extend(bad.into_iter().flat_map(|(_, more)| more));
-        return Err(refused(Problems(problems)));
+        return Err(LoadError::Problems(Problems(problems)));
     }
     let mut left_out = Vec::new();
     let mut tell = |name: &str, message| {
@@ -112,7 +163,7 @@ fn joined<'f>(
     sources: Vec<Source>,
     campaigns: &'f [Option<PathBuf>],
     parsed: &BTreeMap<&'f PathBuf, Campaign>,
-) -> Result<(Vec<Source>, Vec<Option<&'f PathBuf>>), Failure> {
+) -> Result<(Vec<Source>, Vec<Option<&'f PathBuf>>), LoadError> {
     let mut all: Vec<(Source, Option<&PathBuf>)> = sources
         .into_iter()
         .zip(campaigns.iter().map(Option::as_ref))
@@ -170,14 +221,14 @@ fn joined<'f>(
         }
     }
     if !problems.is_empty() {
-        return Err(refused(Problems(problems)));
+        return Err(LoadError::Problems(Problems(problems)));
     }
     all.sort();
     Ok(all.into_iter().unzip())
 }
 
 /// Takes out logs that hold the same bytes as one before; with each the other's path.
-fn take_copies(sources: &mut Vec<Source>) -> Result<Vec<(Source, PathBuf)>, Failure> {
+fn take_copies(sources: &mut Vec<Source>) -> Result<Vec<(Source, PathBuf)>, LoadError> {
     let mut by_size: BTreeMap<u64, Vec<PathBuf>> = BTreeMap::new();
     let (mut copies, mut kept) = (Vec::new(), Vec::new());
     for source in std::mem::take(sources) {
@@ -186,7 +237,7 @@ fn take_copies(sources: &mut Vec<Source>) -> Result<Vec<(Source, PathBuf)>, Fail
             continue;
         }
         let path = &source.path;
-        let of = fs::metadata(path).map_err(Failure::read(path))?;
+        let of = fs::metadata(path).map_err(LoadError::read(path))?;
         let alike = by_size.entry(of.len()).or_default();
         let is_same = |other: &&PathBuf| matches!(is_same(path, other), Ok(true));
         match alike.iter().find(is_same).cloned() {
@@ -217,7 +268,8 @@ fn is_same(one: &Path, other: &Path) -> std::io::Result<bool> {
 }
 
 /// What a run is about: the folder that was named first, or the first recording.
-pub(crate) fn name_of(paths: &[PathBuf], recording: &str) -> String {
+#[must_use]
+pub fn name_of(paths: &[PathBuf], recording: &str) -> String {
     let folder = paths.first().filter(|path| path.is_dir()).and_then(|path| {
         let path = fs::canonicalize(path).ok()?;
         Some(path.file_name()?.to_string_lossy().into_owned())
@@ -248,8 +300,8 @@ enum Kind {
 }
 
 /// Adds what is at `path`: a recording, a flight, or a folder of either.
-fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
-    let of = fs::metadata(path).map_err(Failure::read(path))?;
+fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), LoadError> {
+    let of = fs::metadata(path).map_err(LoadError::read(path))?;
     if !of.is_dir() {
         let log = Source::log(path.to_owned());
         let help = format!("logs are {}", read::LOG_FILES);
@@ -289,10 +341,10 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
 }
 
 /// What is in a folder, sorted.
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, LoadError> {
     let mut entries = Vec::new();
-    for entry in fs::read_dir(folder).map_err(Failure::read(folder))? {
-        entries.push(entry.map_err(Failure::read(folder))?.path());
+    for entry in fs::read_dir(folder).map_err(LoadError::read(folder))? {
+        entries.push(entry.map_err(LoadError::read(folder))?.path());
     }
     entries.sort();
     Ok(entries)
@@ -327,8 +379,8 @@ fn file_name(path: &Path) -> &str {
     name.unwrap_or_default()
 }
 
-fn unusable(path: &Path, message: &str, help: &str) -> Failure {
-    refused(Problems(vec![Problem {
+fn unusable(path: &Path, message: &str, help: &str) -> LoadError {
+    LoadError::Problems(Problems(vec![Problem {
         file: path.display().to_string(),
         line: None,
         field: None,
@@ -360,8 +412,8 @@ impl Source {
 
     /// Its campaign file: `meta`, else the one beside it or in a folder above; `None` where it
     /// needs none.
-    fn campaign(&self, meta: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
-        let folder = match (&self.kind, meta) {
+    fn campaign(&self, meta: Meta<'_>) -> Result<Option<PathBuf>, LoadError> {
+        let folder = match (&self.kind, meta.file) {
             (Kind::Folder, _) => return Ok(None),
             (_, Some(file)) => return Ok(Some(file.to_owned())),
             (Kind::Log | Kind::Joined(_), None) => self.path.parent().unwrap_or(Path::new("")),
@@ -373,7 +425,8 @@ impl Source {
         let found = candidates.find_map(|up| Some(up.join(CAMPAIGN)).filter(|file| file.is_file()));
         let help = || {
             format!(
-                "name one with --meta, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above. The fewest lines that would do, with each ? filled in:\n\n{}\nrecordings/README.md says what else it may hold",
+                "name one with {}, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above. The fewest lines that would do, with each ? filled in:\n\n{}\nrecordings/README.md says what else it may hold",
+                meta.option,
                 self.needed()
             )
         };
@@ -393,7 +446,7 @@ impl Source {
     }
 
     /// Its problems, or what the disk refused.
-    fn read(&self, campaign: Option<&Campaign>) -> Result<Result<Recording, Problems>, Failure> {
+    fn read(&self, campaign: Option<&Campaign>) -> Result<Result<Recording, Problems>, LoadError> {
         let campaign = || campaign.expect("every flight has one, or was refused");
         let name = &self.name;
         if self.kind == Kind::Log {
@@ -409,7 +462,10 @@ impl Source {
                     bytes: opened(path)?,
                 })
             };
-            let logs = parts.iter().map(log).collect::<Result<Vec<_>, Failure>>()?;
+            let logs = parts
+                .iter()
+                .map(log)
+                .collect::<Result<Vec<_>, LoadError>>()?;
             return Ok(read::read_joined(name, logs, campaign()));
         }
         let is_wanted = |file: &str| match self.kind {
@@ -449,8 +505,8 @@ fn head(path: &Path) -> Vec<u8> {
 }
 
 /// A log from its beginning, unpacked where its name ends in `.gz`, as it is read.
-fn opened(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
-    let file = fs::File::open(path).map_err(Failure::read(path))?;
+fn opened(path: &Path) -> Result<Box<dyn BufRead>, LoadError> {
+    let file = fs::File::open(path).map_err(LoadError::read(path))?;
     let file = BufReader::with_capacity(PIECE, file);
     let is_packed = path.extension().is_some_and(|ending| ending == "gz");
     Ok(match is_packed {
@@ -463,22 +519,8 @@ fn opened(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
 }
 
 /// The bytes of a file, unpacked where its name ends in `.gz`.
-fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    files::bytes_of(opened(path)?, MOST_BYTES).map_err(Failure::read(path))
-}
-
-/// Problems one below the other, with their helps, and a last line that counts them.
-fn refused(Problems(problems): Problems) -> Failure {
-    let titles: Vec<String> = problems.iter().map(ToString::to_string).collect();
-    let groups = problems.iter().zip(&titles).map(|(problem, title)| {
-        let group = Group::with_title(Level::ERROR.primary_title(title.as_str()));
-        match &problem.help {
-            Some(help) => group.element(Level::HELP.message(help.as_str())),
-            None => group,
-        }
-    });
-    let drawn = listed(groups, problems.len(), colour_on_stderr());
-    Failure::Drawn(drawn + &counted(problems.len()) + "\n")
+fn bytes(path: &Path) -> Result<Vec<u8>, LoadError> {
+    files::bytes_of(opened(path)?, MOST_BYTES).map_err(LoadError::read(path))
 }
 
 #[cfg(test)]

@@ -7,6 +7,10 @@ const CAMPAIGN_RON: &str = r#"(
     types: { "t": (mass_kg: Stated(1), propeller_diameter_m: Stated(0.2), motor_distance_m: Stated(0.4), rotor_offset_m: Stated((0, 0, 0))) },
     vehicles: { "v": "t" },
 )"#;
+const ASKED: Meta<'_> = Meta {
+    file: None,
+    option: "--meta",
+};
 const LOG: &str = "t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n0,0,0,1,0,0,0\n0.02,0,0,1,0,0,0\n";
 
 fn packed(text: &str) -> Vec<u8> {
@@ -32,7 +36,7 @@ fn names(read: &ReadAll) -> Vec<&str> {
         .collect()
 }
 
-fn said(answer: Result<ReadAll, Failure>) -> String {
+fn said(answer: Result<ReadAll, LoadError>) -> String {
     answer.expect_err("is refused").to_string()
 }
 
@@ -46,13 +50,13 @@ fn logs_plain_and_packed_are_found_with_the_campaign_file_above_them_and_sorted_
         ("flights/notes.txt", b"not a log"),
         ("index.csv", b"beside, not a flight"),
     ]);
-    let read = read_all(&[folder.path().to_owned()], None).expect("in order");
+    let read = read_all(&[folder.path().to_owned()], ASKED).expect("in order");
     assert_eq!(names(&read), ["a", "b"]);
     let one = [
         folder.path().join("flights/b.csv"),
         folder.path().join("flights/b.csv"),
     ];
-    assert_eq!(names(&read_all(&one, None).expect("in order")), ["b"]);
+    assert_eq!(names(&read_all(&one, ASKED).expect("in order")), ["b"]);
 }
 
 #[test]
@@ -66,10 +70,19 @@ fn a_campaign_file_named_by_hand_goes_before_any_other() {
     let paths = [folder.path().join("a.csv")];
     let by_hand = folder.path().join("mine.ron");
     assert_eq!(
-        names(&read_all(&paths, Some(&by_hand)).expect("in order")),
+        names(
+            &read_all(
+                &paths,
+                Meta {
+                    file: Some(&by_hand),
+                    ..ASKED
+                }
+            )
+            .expect("in order")
+        ),
         ["a"]
     );
-    let said = said(read_all(&paths, None));
+    let said = said(read_all(&paths, ASKED));
     assert!(
         said.contains("campaign.ron:3: column 36: -1 is not a finite number above 0"),
         "{said}"
@@ -85,7 +98,7 @@ fn all_problems_of_all_files_are_printed_at_once_each_at_its_place() {
         ("a.csv", spoilt.as_bytes()),
         ("b.csv", unit_less.as_bytes()),
     ]);
-    let said = said(read_all(&[folder.path().to_owned()], None));
+    let said = said(read_all(&[folder.path().to_owned()], ASKED));
     assert!(
         said.contains("a.csv:3: `x_m`: is not a number: \"zero\""),
         "{said}"
@@ -95,7 +108,7 @@ fn all_problems_of_all_files_are_printed_at_once_each_at_its_place() {
         "{said}"
     );
     assert!(said.contains("help: name it one of `z_m`"), "{said}");
-    assert!(said.ends_with("2 errors\n"), "{said}");
+    assert_eq!(said.matches("help: ").count(), 1, "{said}");
 }
 
 #[test]
@@ -106,7 +119,7 @@ fn a_flight_of_several_logs_is_not_named_after_a_path() {
         ("campaign.ron", campaign.as_bytes()),
         ("a.csv", LOG.as_bytes()),
     ]);
-    let said = said(read_all(&[folder.path().to_owned()], None));
+    let said = said(read_all(&[folder.path().to_owned()], ASKED));
     assert!(
         said.contains("flight `../x` has the name of a path"),
         "{said}"
@@ -121,13 +134,13 @@ fn what_is_no_recording_is_said_with_the_way_out() {
         ("empty/c.txt", b""),
         ("torn.csv.gz", b"\x1f\x8b\x08"),
     ]);
-    let ask = |name: &str| said(read_all(&[folder.path().join(name)], None));
+    let ask = |name: &str| said(read_all(&[folder.path().join(name)], ASKED));
     assert!(ask("a.csv").contains("has no campaign file"));
     assert!(ask("b.txt").contains("is no flight log"));
     assert!(ask("empty").contains("holds no recording"));
     assert!(ask("nowhere").starts_with("cannot read"));
     let paths = ["nowhere", "neither", "b.txt"].map(|name| folder.path().join(name));
-    let all = said(read_all(&paths, None));
+    let all = said(read_all(&paths, ASKED));
     for name in ["nowhere: ", "neither: ", "b.txt: is no flight log"] {
         assert!(all.contains(name), "{all}");
     }
@@ -135,7 +148,10 @@ fn what_is_no_recording_is_said_with_the_way_out() {
     fs::write(&by_hand, CAMPAIGN_RON).expect("written");
     let torn = said(read_all(
         &[folder.path().join("torn.csv.gz")],
-        Some(&by_hand),
+        Meta {
+            file: Some(&by_hand),
+            ..ASKED
+        },
     ));
     assert!(torn.contains("torn.csv.gz: cannot be read: "), "{torn}");
 }
@@ -148,7 +164,7 @@ fn the_tables_of_one_px4_log_are_one_recording() {
         ("log_7_vehicle_local_position_0.csv", position.as_bytes()),
         ("log_7_cpuload_0.csv", b"timestamp,load\n0,0.1\n"),
     ]);
-    let read = read_all(&[folder.path().to_owned()], None).expect("in order");
+    let read = read_all(&[folder.path().to_owned()], ASKED).expect("in order");
     assert_eq!(names(&read), ["log_7"]);
     assert_eq!(read.recordings[0].vehicles[0].track.position_m[0].z, 1.0);
 }
@@ -161,7 +177,7 @@ fn a_flight_that_cannot_be_used_is_left_out_with_a_remark_and_copies_are_one_fli
         ("b.csv", b"t_s,x_m,y_m,z_m\n0,zero,0,1\n"),
         ("c.csv", LOG.as_bytes()),
     ]);
-    let read = read_all(&[folder.path().to_owned()], None).expect("one is left");
+    let read = read_all(&[folder.path().to_owned()], ASKED).expect("one is left");
     assert_eq!(names(&read), ["a"]);
     // Each under its own name.
     let is_told = |of: &str, words: &str| {
@@ -174,7 +190,7 @@ fn a_flight_that_cannot_be_used_is_left_out_with_a_remark_and_copies_are_one_fli
     // What is named is not left out.
     let said = said(read_all(
         &[folder.path().join("a.csv"), folder.path().join("b.csv")],
-        None,
+        ASKED,
     ));
     assert!(said.contains("b.csv:2"), "{said}");
 }
@@ -183,7 +199,7 @@ fn a_flight_that_cannot_be_used_is_left_out_with_a_remark_and_copies_are_one_fli
 fn a_log_without_metadata_asks_for_the_fewest_lines_that_would_do() {
     let folder = folder(&[("a.csv", LOG.as_bytes())]);
     let path = folder.path().join("a.csv");
-    let asked = said(read_all(std::slice::from_ref(&path), None));
+    let asked = said(read_all(std::slice::from_ref(&path), ASKED));
     assert!(asked.contains("vehicles: { \"a\": \"drone\" }"), "{asked}");
 }
 
@@ -195,7 +211,7 @@ fn a_folder_of_tables_without_their_metadata_is_told_of_and_not_read() {
         ("bare/probes.csv", b"t,probe,s\n"),
         ("notes/read.me", b"no recording"),
     ]);
-    let read = read_all(&[folder.path().to_owned()], None).expect("one is in order");
+    let read = read_all(&[folder.path().to_owned()], ASKED).expect("one is in order");
     assert_eq!(names(&read), ["a"]);
     let [(name, remark)] = &read.left_out[..] else {
         panic!("{:?}", read.left_out);
