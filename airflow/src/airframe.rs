@@ -6,6 +6,10 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use crate::air::GRAVITY_MPS2;
 use crate::discs::DiscPoints;
 
+/// Depths to which the jet was measured (motor distances), below small drones (Kolibri) and below
+/// the largest (Matrice 300): Bauersfeld et al., "Robotics meets Fluid Dynamics", RA-L 2025.
+const MEASURED_TO_L: [f64; 2] = [25.0, 5.0];
+
 /// Width factors that are accepted. Chosen here: cant changes the width of the paper's two canted
 /// drones "slightly" (0.9 and 1.15 below), and half or double the width would no longer be the same
 /// flow.
@@ -236,6 +240,19 @@ impl Airframe {
                 "the jet's fit excludes {name}; its width factor {factor} is chosen, not measured"
             )
         })
+    }
+
+    /// To what depth the jet was measured, in metres below this drone.
+    #[must_use]
+    pub fn measured_note(&self) -> String {
+        let [small_m, large_m] = MEASURED_TO_L.map(|of_l| of_l * self.motor_distance_m);
+        let [small, large] = MEASURED_TO_L;
+        format!(
+            "The jet was measured to about {small} motor distances below small drones and {large} \
+             below the largest ({small_m:.1} m and {large_m:.1} m below {}); further down it is \
+             the same formula, unmeasured.",
+            self.name()
+        )
     }
 
     /// Whether the four-rotor near field describes it. Other rotor counts get the far-field profile

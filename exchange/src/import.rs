@@ -116,6 +116,14 @@ impl Kind {
             return Ok(Kind::Setpoints);
         }
         let shown: String = header.chars().take(60).collect();
+        let separators = [(';', "semicolons"), ('\t', "tabs")].into_iter();
+        let separator = separators
+            .filter(|_| !header.contains(','))
+            .find(|(mark, _)| header.contains(*mark));
+        if let Some((_, separator)) = separator {
+            let what = format!("one column, `{shown}`: write commas instead of {separator}");
+            return Err(ReadError::line(1, what));
+        }
         let what = format!(
             "no table that is known begins `{shown}`. Known are: t_s,drone,x_m,y_m,z_m (a log); \
              t_s,n_m,e_m,d_m (setpoints, NED); t_s,x_m,y_m,z_m (setpoints, z up); \

@@ -328,7 +328,7 @@ fn what_a_show_says_beside_its_trajectories_is_kept_or_told_to_be_lost() {
     let pyro = json!({"version": 1, "events": [[2.0, 1, "flare"]], "payloads": {}});
     let yaw = json!({"version": 1, "setpoints": [[0, 0], [5, 180]]});
     let settings = json!({
-        "name": "a", "home": [0, 0, 0], "trajectory": {"$ref": "./t/1.json#"},
+        "name": "a", "home": [0, 0, 0], "trajectory": {"$ref": "./t/all.json#/flown/0"},
         "pyro": {"$ref": "./fire.json#"}, "yawControl": yaw,
     });
     let cues = json!({"version": 1, "items": [{"time": 1.5, "name": "go"}]});
@@ -345,8 +345,8 @@ fn what_a_show_says_beside_its_trajectories_is_kept_or_told_to_be_lost() {
     let show = zip(&[
         ("show.json", index.clone()),
         (
-            "t/1.json",
-            json!({"version": 1, "takeoffTime": 1.5, "points": points}),
+            "t/all.json",
+            json!({"flown": [{"version": 1, "takeoffTime": 1.5, "points": points}]}),
         ),
         ("fire.json", pyro.clone()),
         ("song.mp3", json!("la")),
@@ -381,7 +381,7 @@ fn what_a_show_says_beside_its_trajectories_is_kept_or_told_to_be_lost() {
         assert_eq!(json_in(&written, "fire.json"), pyro);
         assert_eq!(json_in(&written, "song.mp3"), json!("la"));
         let mut files = zip::ZipArchive::new(Cursor::new(&written[..])).unwrap();
-        assert!(files.by_name("t/1.json").is_err(), "it is no longer used");
+        assert!(files.by_name("t/all.json").is_err(), "it is no longer used");
     }
     let (code, told, _) = run(
         folder,
@@ -643,6 +643,7 @@ fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
         b"Time_msec,X_m,Y_m,Z_m\n0,1,2,3\n500,1,2,3\n400,1,2,3\n",
     );
     put("poly.csv", b"Duration,x^0\n1,2\n");
+    put("tabs.csv", b"t_s\tx_m\ty_m\tz_m\n0\t1\t2\t3\n");
     // Up where down is asked for, and down where up is.
     put("ned.csv", b"t_s,n_m,e_m,d_m\n0,1,2,-0.1\n3,1,2,2.5\n");
     put("enu.csv", b"t_s,x_m,y_m,z_m\n0,1,2,0\n2,1,2,-3\n4,1,2,-3\n");
@@ -671,6 +672,7 @@ fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
         ),
         ("back.csv", "line 4: time does not go on"),
         ("poly.csv", "line 2: 2 columns, 33 expected"),
+        ("tabs.csv", "write commas instead of tabs"),
         (
             "ned.csv",
             "`ned` is at z = -2.50 m at 3.00 s, below the floor (z = 0 m)",

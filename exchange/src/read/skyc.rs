@@ -1,5 +1,6 @@
 //! Skybrush's show file, version 1: its drones by name, each a chain of Bézier segments.
 
+use std::collections::BTreeMap;
 use std::io::{Cursor, Read as _};
 
 use nalgebra::Point3;
@@ -74,8 +75,9 @@ pub fn read(bytes: &[u8]) -> Result<Skyc, Vec<ReadError>> {
     let drones = drones.map_or(&[][..], Vec::as_slice);
     let mut performers = Vec::with_capacity(drones.len());
     let mut errors = Vec::new();
+    let mut shared = Shared::new();
     for (k, drone) in drones.iter().enumerate() {
-        match performer(&mut zip, k, drone.clone()) {
+        match performer(&mut zip, &mut shared, k, drone.clone()) {
             Ok(performer) => performers.push(performer),
             Err(wrong) => errors.extend(wrong),
         }
@@ -103,8 +105,30 @@ fn opened(bytes: &[u8]) -> Result<(Zip<'_>, Value), ReadError> {
     }
 }
 
+/// Files of which drones refer to parts, by name.
+type Shared = BTreeMap<String, Value>;
+
+/// What a JSON pointer leads to in a file of the zip.
+fn part(
+    zip: &mut Zip<'_>,
+    shared: &mut Shared,
+    (name, within): (&str, &str),
+) -> Result<Value, ReadError> {
+    if !shared.contains_key(name) {
+        shared.insert(name.to_owned(), json(zip, name)?);
+    }
+    let found = shared.get(name).and_then(|file| file.pointer(within));
+    let nowhere = || ReadError::within(name, format!("nothing at `{within}`, which a drone names"));
+    found.cloned().ok_or_else(nowhere)
+}
+
 /// The drone of an entry, the `k`-th.
-fn performer(zip: &mut Zip<'_>, k: usize, mut drone: Value) -> Result<Performer, Vec<ReadError>> {
+fn performer(
+    zip: &mut Zip<'_>,
+    shared: &mut Shared,
+    k: usize,
+    mut drone: Value,
+) -> Result<Performer, Vec<ReadError>> {
     let mut errors = Vec::new();
     let mut place = |key: &str| -> String {
         let settings = format!("show.json, swarm.drones[{k}].settings");
@@ -114,9 +138,17 @@ fn performer(zip: &mut Zip<'_>, k: usize, mut drone: Value) -> Result<Performer,
         let Some(referred) = value["$ref"].as_str() else {
             return format!("{settings}.{key}");
         };
-        let name = referred.split('#').next().unwrap_or_default();
-        let name = name.trim_start_matches("./").to_owned();
-        match json(zip, &name) {
+        // A JSON reference: a file, and where in it (RFC 6901).
+        let (file, within) = referred.split_once('#').unwrap_or((referred, ""));
+        let name = match file.trim_start_matches("./") {
+            "" => "show.json".to_owned(),
+            name => name.to_owned(),
+        };
+        let found = match within {
+            "" => json(zip, &name),
+            within => part(zip, shared, (&name, within)),
+        };
+        match found {
             Ok(found) => *value = found,
             Err(error) => errors.push(error),
         }
