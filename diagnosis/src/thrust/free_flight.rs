@@ -83,6 +83,18 @@ pub(crate) struct Trace<'a> {
     /// Vertical thrust (N) that needs no map: beside a ready force.
     ready_n: Option<Vec<f64>>,
     runs: Vec<std::ops::Range<usize>>,
+    low_pass: LowPass,
+}
+
+/// Rows of free flight below which a drone's thrust is not held against its airframe's. Chosen
+/// here: what a least-squares fit of as many terms as a map has is asked for.
+const SCALED_ROWS: usize = 100;
+
+/// How much more a drone's rotors give in one flight than its airframe's map says, from so many
+/// rows of free flight: sums of lift times thrust, and of thrust squared. `None`: too few rows.
+pub(crate) fn scale(rows: usize, [both, square]: [f64; 2]) -> Option<f64> {
+    let scale = both / square;
+    (rows >= SCALED_ROWS && scale.is_finite() && scale > 0.0).then_some(scale)
 }
 
 /// Thrust (N) by a map, lag and all, at every entry of a track, from what stands for its duty cycle
@@ -223,6 +235,7 @@ impl<'a> Trace<'a> {
             battery_v,
             ready_n,
             runs,
+            low_pass,
         })
     }
 
@@ -245,14 +258,27 @@ impl<'a> Trace<'a> {
     }
 
     /// Vertical part of the thrust (N) by a map, as flown, lag and all; not low-passed. A ready
-    /// force needs no map.
+    /// force needs no map. Drones of one airframe differ, and so do packs: what carries this one in
+    /// its own free flight says by how much, if there is enough of that.
     pub(crate) fn thrust_n(&self, map: Option<&ThrustMap>) -> Option<Vec<f64>> {
         if let Some(ready_n) = &self.ready_n {
             return Some(ready_n.clone());
         }
-        let thrust_n = lagged_n(map?, (&self.motors, &self.battery_v), &self.of.track);
-        let both = thrust_n.iter().zip(&self.upright);
-        Some(both.map(|(thrust_n, upright)| thrust_n * upright).collect())
+        let mut thrust_n = lagged_n(map?, (&self.motors, &self.battery_v), &self.of.track);
+        for (thrust_n, upright) in thrust_n.iter_mut().zip(&self.upright) {
+            *thrust_n *= upright;
+        }
+        let mut smooth_n = thrust_n.clone();
+        self.smooth(self.low_pass, &mut smooth_n);
+        let (mut both, mut square) = (0.0, 0.0);
+        for row in self.free_rows() {
+            both += self.lift_n[row] * smooth_n[row];
+            square += smooth_n[row] * smooth_n[row];
+        }
+        if let Some(scale) = scale(self.free_rows().count(), [both, square]) {
+            thrust_n.iter_mut().for_each(|thrust_n| *thrust_n *= scale);
+        }
+        Some(thrust_n)
     }
 
     /// Whether all motors of an entry are within the range that a map was fitted in.

@@ -2,7 +2,9 @@
 //! scatter, and how well they are known.
 //!
 //! Thrust is linear in the coefficients, and stays so through lag and low-pass; the lag itself is
-//! searched for. Rows of one flight are anything but independent, so standard errors are clustered
+//! searched for. Every drone has a factor of its own in each flight, which are 1 on the average:
+//! drones of one airframe differ by some percent, and so do sessions; taken for one they would be
+//! errors in the duty cycles, and flatten the map. Rows of one flight are anything but independent, so standard errors are clustered
 //! by flight: with `X` the terms' values and `e` what is left,
 //!
 //! ```text
@@ -363,9 +365,15 @@ impl<'a> Bench<'a> {
             });
         }
         let degenerate = || IdentifyError::Degenerate(terms);
+        let free_rows: Vec<usize> = members.iter().map(rows_of).collect();
+        let is_whole = self.options.base.is_none();
+        let solve = |grams: &[&DMatrix<f64>]| match is_whole {
+            true => Solved::scaled(grams, &free_rows, terms),
+            false => Solved::new(grams, terms),
+        };
         let square_n2 = |grams: &Vec<DMatrix<f64>>| {
-            let of_members = members.iter().map(|&member| &grams[member]);
-            Some(Solved::new(of_members, terms)?.square_n2)
+            let of_members: Vec<_> = members.iter().map(|&member| &grams[member]).collect();
+            Some(solve(&of_members)?.square_n2)
         };
         let squares: Option<Vec<f64>> = self.grams.iter().map(square_n2).collect();
         let squares = squares.ok_or_else(degenerate)?;
@@ -377,12 +385,16 @@ impl<'a> Bench<'a> {
             false => self.lags_s[best],
         };
         let grams = self.grams_at(lag_s, &members);
-        let solved = Solved::new(&grams, terms).ok_or_else(degenerate)?;
+        let solved = solve(&grams.iter().collect::<Vec<_>>()).ok_or_else(degenerate)?;
         let flights = self.clusters(&members);
         let of_lag = || {
             let [before, after] =
                 [-HALF_STEP_S, HALF_STEP_S].map(|shift_s| self.grams_at(lag_s + shift_s, &members));
-            lag_standard_error_s(&solved, &before, &after, &flights, HALF_STEP_S)
+            let square_n2 =
+                |grams: &[DMatrix<f64>]| Some(solve(&grams.iter().collect::<Vec<_>>())?.square_n2);
+            let squares_n2 = [square_n2(&before)?, square_n2(&after)?];
+            let both = [&before[..], &after[..]];
+            lag_standard_error_s(&solved, both, squares_n2, &flights, HALF_STEP_S)
         };
         let lag_standard_error_s = inside.then(of_lag).flatten();
         let used = || members.iter().map(|&member| self.traces[member]);

@@ -4,6 +4,14 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::thrust::free_flight::scale;
+
+/// Steps in which traces' own factors and the coefficients are found, at most, and the change of a
+/// coefficient that is none any more. Chosen here: Gauss-Newton takes a handful, and a thousandth
+/// of a percent is below any finding.
+const MOST_STEPS: usize = 30;
+const LEAST_STEP: f64 = 1e-5;
+
 /// Normal equations `XᵀX b = Xᵀy`, solved in units in which each column of `X` has length 1.
 pub(crate) struct Normal {
     cholesky: Cholesky<f64, Dyn>,
@@ -48,45 +56,119 @@ fn few_clusters(clusters: usize) -> f64 {
 /// Least squares solved from the sums of [`Trace::gram`].
 pub(crate) struct Solved {
     pub(crate) newtons: DVector<f64>,
-    /// Weights that turn a row of the sums into what is left: minus the coefficients, 1, 0.
-    weights: DVector<f64>,
+    /// By trace, what its rows are times, of the fit; 1 where all share one.
+    factors: Vec<f64>,
     pub(crate) square_n2: f64,
     normal: Normal,
 }
 
 impl Solved {
-    pub(crate) fn new<'g>(
-        grams: impl IntoIterator<Item = &'g DMatrix<f64>>,
-        terms: usize,
-    ) -> Option<Solved> {
+    pub(crate) fn new(grams: &[&DMatrix<f64>], terms: usize) -> Option<Solved> {
         let mut sum = DMatrix::zeros(terms + 2, terms + 2);
-        for gram in grams {
+        for &gram in grams {
             sum += gram;
         }
         let normal = Normal::new(&sum.view((0, 0), (terms, terms)).into_owned())?;
         let newtons = normal.solve(&sum.view((0, terms), (terms, 1)).column(0).into_owned());
-        let mut weights = DVector::zeros(terms + 2);
-        weights.rows_mut(0, terms).copy_from(&-&newtons);
-        weights[terms] = 1.0;
-        let square_n2 = weights.dot(&(&sum * &weights));
-        Some(Solved {
+        let mut solved = Solved {
             newtons,
-            weights,
-            square_n2,
+            factors: vec![1.0; grams.len()],
+            square_n2: 0.0,
             normal,
-        })
+        };
+        solved.square_n2 = solved.left_n2(1.0, &sum);
+        Some(solved)
+    }
+
+    /// With a factor of its own for every trace of enough rows, which are 1 on the average:
+    /// `Σ_t |y_t - s_t Z_t b|²` is least. Gauss-Newton steps in `b`, the factors eliminated:
+    ///
+    /// ```text
+    /// s_t = f_t·y_t / f_t·f_t,   f_t = Z_t b,     P_t = 1 - f_t f_tᵀ / f_t·f_t
+    /// (Σ s_t² Z_tᵀ P_t Z_t) db = Σ s_t Z_tᵀ (y_t - s_t f_t)
+    /// ```
+    pub(crate) fn scaled(grams: &[&DMatrix<f64>], rows: &[usize], terms: usize) -> Option<Solved> {
+        let parts: Vec<(DMatrix<f64>, DVector<f64>)> = grams
+            .iter()
+            .map(|gram| {
+                let lift = gram.view((0, terms), (terms, 1)).column(0).into_owned();
+                (gram.view((0, 0), (terms, terms)).into_owned(), lift)
+            })
+            .collect();
+        let shared = Solved::new(grams, terms)?;
+        let mut newtons = shared.newtons.clone();
+        for _ in 0..MOST_STEPS {
+            let own = |((square, lift), rows): (&(DMatrix<f64>, DVector<f64>), &usize)| {
+                scale(
+                    *rows,
+                    [lift.dot(&newtons), newtons.dot(&(square * &newtons))],
+                )
+            };
+            let own: Vec<Option<f64>> = parts.iter().zip(rows).map(own).collect();
+            let known = || own.iter().flatten();
+            let mean = match known().count() {
+                0 => 1.0,
+                count => known().sum::<f64>() / count as f64,
+            };
+            newtons *= mean;
+            let factor = |own: &Option<f64>| own.map_or(1.0, |own| own / mean);
+            let (mut all, mut normal) =
+                (DMatrix::zeros(terms, terms), DMatrix::zeros(terms, terms));
+            let mut right = DVector::zeros(terms);
+            for ((square, lift), own) in parts.iter().zip(&own) {
+                let s = factor(own);
+                let fitted = square * &newtons;
+                all += square * (s * s);
+                normal += square * (s * s);
+                right += (lift - &fitted * s) * s;
+                if own.is_some() {
+                    normal -= &fitted * fitted.transpose() * (s * s / newtons.dot(&fitted));
+                }
+            }
+            // Along `b` itself the factors give way: there it stays as it is.
+            let along = all * &newtons;
+            normal += &along * along.transpose() / newtons.dot(&along);
+            let normal = Normal::new(&normal)?;
+            let step = normal.solve(&right);
+            newtons += &step;
+            let is_there = (0..terms).all(|k| step[k].abs() <= LEAST_STEP * newtons[k].abs());
+            if is_there {
+                let mut solved = Solved {
+                    newtons,
+                    factors: own.iter().map(factor).collect(),
+                    square_n2: 0.0,
+                    normal,
+                };
+                let both = grams.iter().zip(&solved.factors);
+                solved.square_n2 = both.map(|(gram, s)| solved.left_n2(*s, gram)).sum();
+                return Some(solved);
+            }
+        }
+        // Factors and map are not told apart.
+        Some(shared)
+    }
+
+    /// What turns a row of the sums into what is left: minus the coefficients times a trace's
+    /// factor, 1, 0.
+    fn weights(&self, factor: f64) -> DVector<f64> {
+        let terms = self.newtons.len();
+        let mut weights = DVector::zeros(terms + 2);
+        weights
+            .rows_mut(0, terms)
+            .copy_from(&(&self.newtons * -factor));
+        weights[terms] = 1.0;
+        weights
     }
 
     /// Sum of squares (N²) of what is left in one trace.
-    fn left_n2(&self, gram: &DMatrix<f64>) -> f64 {
-        self.weights.dot(&(gram * &self.weights))
+    fn left_n2(&self, factor: f64, gram: &DMatrix<f64>) -> f64 {
+        let weights = self.weights(factor);
+        weights.dot(&(gram * &weights))
     }
 
     /// `Xᵀe` of one trace.
-    fn score(&self, gram: &DMatrix<f64>) -> DVector<f64> {
-        (gram * &self.weights)
-            .rows(0, self.newtons.len())
-            .into_owned()
+    fn score(&self, factor: f64, gram: &DMatrix<f64>) -> DVector<f64> {
+        (gram * self.weights(factor)).rows(0, self.newtons.len()) * factor
     }
 
     pub(crate) fn standard_errors(
@@ -94,7 +176,8 @@ impl Solved {
         grams: &[DMatrix<f64>],
         flights: &[usize],
     ) -> Option<Vec<f64>> {
-        let scores = by_flight(grams.iter().map(|gram| self.score(gram)), flights)?;
+        let scores = self.factors.iter().zip(grams);
+        let scores = by_flight(scores.map(|(s, gram)| self.score(*s, gram)), flights)?;
         let variance = self.normal.clustered_variance(&scores);
         Some(variance.iter().map(|variance| variance.sqrt()).collect())
     }
@@ -113,28 +196,26 @@ fn by_flight(
     (sums.len() > 1).then(|| sums.into_values().collect())
 }
 
-/// Standard error of the lag, from the sums `step_s` before and after it: the error's slope with
-/// the lag in each flight, freed of what the coefficients take up, over its curvature.
+/// Standard error of the lag, from the sums `step_s` before and after it and the squares left there:
+/// the error's slope with the lag in each flight, freed of what the coefficients take up, over its
+/// curvature.
 pub(crate) fn lag_standard_error_s(
     solved: &Solved,
-    before: &[DMatrix<f64>],
-    after: &[DMatrix<f64>],
+    [before, after]: [&[DMatrix<f64>]; 2],
+    [before_n2, after_n2]: [f64; 2],
     flights: &[usize],
     step_s: f64,
 ) -> Option<f64> {
-    let terms = solved.newtons.len();
-    let [square_before, square_after] =
-        [before, after].map(|grams| Solved::new(grams, terms).map(|solved| solved.square_n2));
-    let curvature =
-        0.5 * (square_before? - 2.0 * solved.square_n2 + square_after?) / (step_s * step_s);
-    let mut by_coefficient = DVector::zeros(terms);
-    for (before, after) in before.iter().zip(after) {
-        by_coefficient += (solved.score(after) - solved.score(before)) / (2.0 * step_s);
+    let curvature = 0.5 * (before_n2 - 2.0 * solved.square_n2 + after_n2) / (step_s * step_s);
+    let each = || solved.factors.iter().zip(before.iter().zip(after));
+    let mut by_coefficient = DVector::zeros(solved.newtons.len());
+    for (&s, (before, after)) in each() {
+        by_coefficient += (solved.score(s, after) - solved.score(s, before)) / (2.0 * step_s);
     }
     let taken_up = solved.normal.solve(&by_coefficient);
-    let slopes = before.iter().zip(after).map(|(before, after)| {
-        let of_lag = -0.5 * (solved.left_n2(after) - solved.left_n2(before)) / (2.0 * step_s);
-        let mid = 0.5 * (solved.score(before) + solved.score(after));
+    let slopes = each().map(|(&s, (before, after))| {
+        let of_lag = -0.5 * (solved.left_n2(s, after) - solved.left_n2(s, before)) / (2.0 * step_s);
+        let mid = 0.5 * (solved.score(s, before) + solved.score(s, after));
         DVector::from_element(1, of_lag + taken_up.dot(&mid))
     });
     let slopes = by_flight(slopes, flights)?;
