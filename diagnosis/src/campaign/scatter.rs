@@ -10,7 +10,7 @@
 //! covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight
 //! counts as hundreds of witnesses.
 
-use super::forces::Forces;
+use super::forces::{Forces, VehicleFlight};
 use crate::forward::observed::Explained;
 use crate::infer::intervals::NINETY_FIVE;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener};
@@ -18,8 +18,9 @@ use crate::statistics::quantile::median;
 use crate::statistics::sequence::{Blocks, Sequence};
 use crate::statistics::tail;
 
-/// Most that one flight's offset may be (N): a gram.
-const MOST_OFFSET_N: f64 = 0.0098;
+/// Most that one flight's offset may be, of the weight of the heaviest drone: a gram of a
+/// Crazyflie's 34. Chosen here.
+const MOST_OFFSET_OF_WEIGHT: f64 = 1.0 / 34.0;
 /// Least, where flights happen to agree (N).
 pub const LEAST_OFFSET_N: f64 = 0.001;
 /// p-value (Student's t of the flights' own offsets) from which all flights share one. Chosen here:
@@ -38,19 +39,31 @@ pub(super) struct Scatter {
     pub(super) noise: Noise,
     /// `s` (N).
     pub(super) offset_n: f64,
+    /// Most that it may be (N).
+    most_n: f64,
     /// Whether all flights share an offset.
     is_shared: bool,
 }
 
 impl Scatter {
-    /// How far one flight's offset may be from 0 without a fault (N): a gram, and where all share
-    /// one, that is none of a flight's own, by 95 % of a normal law at most.
+    /// How far one flight's offset may be from 0 without a fault (N): so much of the weight, and
+    /// where all share one, that is none of a flight's own, by 95 % of a normal law at most.
     pub(super) fn most_offset_n(&self) -> f64 {
         match self.is_shared {
-            true => (NINETY_FIVE * self.offset_n).min(MOST_OFFSET_N),
-            false => MOST_OFFSET_N,
+            true => (NINETY_FIVE * self.offset_n).min(self.most_n),
+            false => self.most_n,
         }
     }
+}
+
+/// [`MOST_OFFSET_OF_WEIGHT`] (N).
+fn most_offset_n(forces: &Forces) -> f64 {
+    let weight_n = |part: &VehicleFlight| {
+        let of = &forces.recordings[part.recording];
+        of.vehicles[part.vehicle].airframe.mass_kg() * of.environment.gravity_mps2
+    };
+    let heaviest_n = forces.parts.iter().map(weight_n).fold(0.0, f64::max);
+    (MOST_OFFSET_OF_WEIGHT * heaviest_n).max(LEAST_OFFSET_N)
 }
 
 /// The scatter around a simulation, which is given at every moment of every part; steps are
@@ -87,6 +100,7 @@ pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) ->
     Scatter {
         noise: Noise { whitener, blocks },
         offset_n: still.offset_n,
+        most_n: most_offset_n(forces),
         is_shared: still.is_shared,
     }
 }
@@ -164,7 +178,7 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     Still {
         sd_n: sd_n.max(0.001),
         memory: (product / square.max(f64::MIN_POSITIVE)).clamp(0.0, 0.95),
-        offset_n: offset_n.clamp(LEAST_OFFSET_N, MOST_OFFSET_N),
+        offset_n: offset_n.clamp(LEAST_OFFSET_N, most_offset_n(forces)),
         is_shared,
         of_parts_n: means_n.into_iter().map(|n| n.unwrap_or(shared_n)).collect(),
     }

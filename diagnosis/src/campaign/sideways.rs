@@ -7,7 +7,7 @@
 //! The baseline is that of the vertical force, turned with the drone: air from above takes thrust
 //! away along the body's axis, so that a drone which leans loses some of what holds it sideways.
 //! On top of it every candidate is linear in its parameters, beside a rate or a frequency that is
-//! looked for on a grid:
+//! looked for on a grid, and between its points once that has shown the candidate to be there:
 //!
 //! ```text
 //! sensor_gain           g T z_xy/m                      instruments: a factor, and a lag
@@ -26,6 +26,8 @@
 //! it drags along, so that `ω² = (1 + m_p/m) g/L`, and `μ` is its share of the whole mass. What
 //! drives it is the thrust, not the acceleration, whose noise is that of the force. A term is taken
 //! where it predicts blocks of 15 s that it was not fitted on.
+
+use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use rayon::prelude::*;
@@ -60,14 +62,19 @@ const LEAST_ERRORS: f64 = 2.5;
 const TIE_ERRORS: f64 = 2.0;
 const TIE_MOST_SHARE: f64 = 0.25;
 /// Periods (s) in which a wind may turn once, either way. Chosen here: slower is constant over a
-/// flight, faster is no wind that turns slowly.
-const TURNS_IN_S: [f64; 5] = [600.0, 300.0, 150.0, 75.0, 40.0];
+/// flight, faster is no wind that turns slowly, and between two a flight of some minutes turns by
+/// less than half of one more.
+const TURNS_IN_S: [f64; 9] = [600.0, 424.0, 300.0, 212.0, 150.0, 106.0, 75.0, 53.0, 40.0];
 /// Frequencies (rad/s) of cords of 9.8 to 0.2 m, and dampings of their swings. The last damping and
 /// the outermost frequencies are there to be beaten: what is best there is no swing.
 const SWINGS_RADPS: [f64; 16] = [
     1.0, 1.2, 1.4, 1.7, 2.0, 2.3, 2.6, 2.9, 3.2, 3.6, 4.0, 4.5, 5.0, 5.6, 6.3, 7.0,
 ];
 const DAMPINGS: [f64; 3] = [0.03, 0.12, 0.4];
+/// Factors by which what a grid says best is first moved, rate and damping, either way, and how
+/// often they are halved. Chosen here: half a step of the grids, down to less than is told.
+const FIRST_MOVE: [f64; 2] = [1.2, 2.0];
+const HALVINGS: usize = 6;
 const SWING: &str = "swinging_payload";
 /// Part of a swing's power that must lie at its own frequency: its mean square frequency (Rice)
 /// over that. Half, for below as much of it follows the thrust at the thrust's own frequencies, as
@@ -78,7 +85,8 @@ const LEAST_RESONANCE: f64 = 0.5;
 const NOISE_OVER_S: f64 = 0.5;
 /// Steps of a swing's equation within one of the forces.
 const FINER: usize = 10;
-/// Least noise (m/s²). Chosen here: a milligravity, which no accelerometer that is flown holds.
+/// Least noise (m/s²), and root mean square of the least effect. Chosen here: a milligravity, which
+/// no accelerometer that is flown holds.
 const LEAST_NOISE_MPS2: f64 = 0.01;
 /// Prior of every parameter over what would explain the scatter by itself. Chosen here, so wide
 /// that it only keeps apart what the steps of a fold cannot.
@@ -172,7 +180,11 @@ struct Steps {
     blocks: usize,
 }
 
+/// The point of a candidate that is looked for nowhere.
+const NO_GRID: [f64; 2] = [0.0; 2];
+
 /// A candidate: columns for a number of its grid.
+#[derive(Clone)]
 struct Candidate {
     name: &'static str,
     description: &'static str,
@@ -209,8 +221,8 @@ pub fn diagnose_sideways(
     if steps.blocks < FEWEST_BLOCKS {
         return Err(CampaignError::TooShort(steps.blocks, FEWEST_BLOCKS));
     }
-    let candidates = candidates(&steps);
-    let turns = chosen(&steps, &candidates);
+    let mut candidates = candidates(&steps);
+    let turns = chosen(&steps, &mut candidates);
     Ok(found(&steps, &candidates, turns, lacking))
 }
 
@@ -227,23 +239,39 @@ impl Turns {
     }
 }
 
-fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
-    let noise = Noise::of(steps, candidates);
+/// Leaves of the grids of those that it takes what lies around the best, that first.
+fn chosen(steps: &Steps, candidates: &mut [Candidate]) -> Turns {
     let mut turns = Turns {
         taken: Vec::new(),
         next: Vec::new(),
     };
     loop {
+        let noise = Noise::of(steps, candidates);
         let which = turns.which();
         let base = noise.held_out(steps, candidates, &which);
         let others = (0..candidates.len()).filter(|k| !which.contains(k));
         let others: Vec<usize> = others.collect();
+        let all = &*candidates;
         let with = |&k: &usize| {
             let both: Vec<usize> = which.iter().copied().chain([k]).collect();
-            let held = noise.held_out(steps, candidates, &both);
-            (k, noise.gain(steps, &held, &base))
+            let gain = |of: &[Candidate]| {
+                let held = noise.held_out(steps, of, &both);
+                noise.gain(steps, &held, &base)
+            };
+            let on_grid = gain(all);
+            if all[k].grid.len() == 1 || !is_sure(&on_grid) {
+                return (k, on_grid, all[k].grid[0]);
+            }
+            let mut of = all.to_vec();
+            let point = refined(&noise, steps, all, &both);
+            of[k].grid = vec![point];
+            (k, gain(&of), point)
         };
-        let mut gains: Vec<(usize, Gain)> = others.par_iter().map(with).collect();
+        let found: Vec<(usize, Gain, [f64; 2])> = others.par_iter().map(with).collect();
+        let points: BTreeMap<usize, [f64; 2]> =
+            found.iter().map(|(k, _, point)| (*k, *point)).collect();
+        let mut gains: Vec<(usize, Gain)> =
+            found.into_iter().map(|(k, gain, _)| (k, gain)).collect();
         gains.sort_by(|a, b| b.1.total.total_cmp(&a.1.total));
         // What contradicts its own description is no effect.
         let is_possible = |k: usize| {
@@ -256,7 +284,18 @@ fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
             let swings = |[radps, _]: &[f64; 2]| {
                 candidates[k].name != SWING || is_resonant(steps, choice.columns.last(), *radps)
             };
-            has_sign
+            // Its share of the force, where all are fitted.
+            let own =
+                choice.columns.len() - (candidates[k].columns)(steps, candidates[k].grid[0]).len();
+            let mut share = vec![Vector2::zeros(); steps.all.len()];
+            for (value, column) in fitted.values.iter().zip(&choice.columns).skip(own) {
+                let both = share[column.from..].iter_mut().zip(&column.values);
+                both.for_each(|(share, of)| *share += of * *value);
+            }
+            let square: f64 = share.iter().map(Vector2::norm_squared).sum();
+            let is_felt = square > steps.all.len() as f64 * LEAST_NOISE_MPS2.powi(2);
+            is_felt
+                && has_sign
                 && choice
                     .points
                     .last()
@@ -266,7 +305,7 @@ fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
         let best = gains.iter().find(|(_, gain)| is_sure(gain)).cloned();
         let Some((best, gain)) = best.filter(|_| turns.taken.len() < MOST_EFFECTS) else {
             turns.next = gains;
-            return turns;
+            break;
         };
         let is_tied = |(k, other): &&(usize, Gain)| {
             let apart = gain.beyond(other);
@@ -284,10 +323,54 @@ fn chosen(steps: &Steps, candidates: &[Candidate]) -> Turns {
         }
         let gain = gains.into_iter().find(|(k, _)| *k == which);
         let Some((_, gain)) = gain else {
-            return turns;
+            break;
         };
+        candidates[which].grid = vec![points[&which]];
         turns.taken.push((which, gain, tied));
     }
+    // Beside what was taken after it, each once more.
+    let noise = Noise::of(steps, candidates);
+    let taken = turns.which();
+    for &k in &taken {
+        if candidates[k].grid == [NO_GRID] {
+            continue;
+        }
+        let others = taken.iter().copied().filter(|other| *other != k);
+        let last: Vec<usize> = others.chain([k]).collect();
+        candidates[k].grid = vec![refined(&noise, steps, candidates, &last)];
+    }
+    turns
+}
+
+/// The point between those of its grid at which the last of some candidates leaves least: the best
+/// on the grid, moved by ever less.
+fn refined(noise: &Noise, steps: &Steps, candidates: &[Candidate], which: &[usize]) -> [f64; 2] {
+    let tables = Tables::new(noise, steps, candidates, which);
+    let (choice, fitted) = tables.best(None);
+    let (mut points, mut least) = (choice.points.clone(), fitted.square);
+    let last = points.len() - 1;
+    for halving in 0..HALVINGS {
+        let part = 0.5_f64.powi(halving as i32);
+        loop {
+            let moved = |(axis, sign): (usize, f64)| {
+                let mut at = points.clone();
+                at[last][axis] *= FIRST_MOVE[axis].powf(sign * part);
+                let square = Choice::at(noise, steps, candidates, (which, at.clone()));
+                (square.fit(None).square, at)
+            };
+            let ways = [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)];
+            let ways: Vec<(usize, f64)> = (ways.into_iter())
+                .filter(|(axis, _)| points[last][*axis] != 0.0)
+                .collect();
+            let tried: Vec<(f64, Vec<[f64; 2]>)> = ways.into_par_iter().map(moved).collect();
+            let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+            match best {
+                Some((square, at)) if square < least => (least, points) = (square, at),
+                _ => break,
+            }
+        }
+    }
+    points[last]
 }
 
 fn is_sure(gain: &Gain) -> bool {
@@ -301,8 +384,8 @@ struct Noise {
 }
 
 impl Noise {
-    /// What is left of the first step of every candidate's grid fitted together: what no candidate
-    /// here explains.
+    /// What is left of the first step of every candidate's grid fitted together, of those that are
+    /// taken the best one: what no candidate here explains.
     fn of(steps: &Steps, candidates: &[Candidate]) -> Noise {
         let white = Noise {
             sd_mps2: 1.0,
@@ -476,6 +559,19 @@ impl Choice {
         }
     }
 
+    /// Of some candidates, each at a point of its own.
+    fn at(
+        noise: &Noise,
+        steps: &Steps,
+        candidates: &[Candidate],
+        (which, points): (&[usize], Vec<[f64; 2]>),
+    ) -> Choice {
+        let all = which.iter().zip(&points);
+        let columns = all.flat_map(|(&k, &point)| (candidates[k].columns)(steps, point));
+        let columns = columns.collect();
+        Choice::new(noise, steps, points, columns)
+    }
+
     /// Least squares over all folds but one.
     fn fit(&self, but: Option<usize>) -> Fitted {
         let count = self.columns.len();
@@ -522,12 +618,7 @@ impl Tables {
             };
             points = points.iter().flat_map(with).collect();
         }
-        let choice = |points: Vec<[f64; 2]>| {
-            let all = which.iter().zip(&points);
-            let columns = all.flat_map(|(&k, &point)| (candidates[k].columns)(steps, point));
-            let columns = columns.collect();
-            Choice::new(noise, steps, points, columns)
-        };
+        let choice = |points| Choice::at(noise, steps, candidates, (which, points));
         Tables {
             choices: points.into_par_iter().map(choice).collect(),
         }
@@ -847,7 +938,7 @@ fn of_vehicle(
 }
 
 fn candidates(steps: &Steps) -> Vec<Candidate> {
-    let none = || vec![[0.0, 0.0]];
+    let none = || vec![NO_GRID];
     let turns = TURNS_IN_S.into_iter();
     let turns = turns.flat_map(|s| [1.0, -1.0].map(|way| [way * std::f64::consts::TAU / s, 0.0]));
     let swings = SWINGS_RADPS.into_iter();

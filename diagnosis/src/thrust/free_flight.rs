@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use airflow::FarField;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
@@ -15,8 +16,11 @@ use crate::record::track::ThrustSource;
 use crate::thrust::low_pass::{self, LowPass};
 
 /// A drone counts as flying in undisturbed air where no other drone is closer than this, measured
-/// horizontally (m) ... Chosen here, for drones of 0.1 m: half a jet's width at 3 m to the side.
+/// horizontally (m), and of one above ...  Chosen here, for drones of 0.1 m.
 pub(crate) const BESIDE_M: f64 = 0.8;
+/// ... not closer than so many half-widths of its jet, too ... Chosen here: there the jet has less
+/// than a twentieth of its speed on the axis.
+const BESIDE_HALF_WIDTHS: f64 = 3.0;
 /// ... unless it is lower by more than this (m). Chosen here, for the same drones.
 const BELOW_M: f64 = 0.1;
 /// ... and its own height above the floor (m) is more than this. Chosen here: ground effect is
@@ -41,6 +45,11 @@ pub enum Around {
 fn around(recording: &Recording, vehicle: usize, under_m: f64) -> Vec<Around> {
     let track = &recording.vehicles[vehicle].track;
     let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
+    let jet = |of: &Vehicle| {
+        let (length_m, wide) = (of.airframe.motor_distance_m(), of.airframe.width_factor());
+        FarField::new(1.0, length_m, wide, &recording.jet)
+    };
+    let jets: Vec<FarField> = recording.vehicles.iter().map(jet).collect();
     let entry = |(&t_s, position_m): (&f64, &nalgebra::Point3<f64>)| {
         let mut clear = position_m.z - floor_z_m > ABOVE_FLOOR_M;
         let mut below = false;
@@ -54,7 +63,9 @@ fn around(recording: &Recording, vehicle: usize, under_m: f64) -> Vec<Around> {
             let apart_m: Vector3<f64> = other.track.position_at(moment) - position_m;
             let beside_m = apart_m.x.hypot(apart_m.y);
             below |= apart_m.z > 0.0 && beside_m < under_m;
-            clear &= beside_m > BESIDE_M || apart_m.z < -BELOW_M;
+            let depth_m = apart_m.z.max(jets[index].from_m());
+            let wide_m = BESIDE_HALF_WIDTHS * jets[index].half_width_m(depth_m).unwrap_or(0.0);
+            clear &= beside_m > wide_m.max(BESIDE_M) || apart_m.z < -BELOW_M;
         }
         match (below, clear) {
             (true, _) => Around::Below,
