@@ -6,11 +6,10 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::thrust::free_flight::scale;
 
-/// Steps in which traces' own factors and the coefficients are found, at most, and the change of a
-/// coefficient that is none any more. Chosen here: Gauss-Newton takes a handful, and a thousandth
-/// of a percent is below any finding.
+/// Steps in which traces' own factors and the coefficients are found, at most, and the share of what
+/// is left by which a step must lessen it. Chosen here: Gauss-Newton takes a handful.
 const MOST_STEPS: usize = 30;
-const LEAST_STEP: f64 = 1e-5;
+const LEAST_GAIN: f64 = 1e-9;
 
 /// Normal equations `XᵀX b = Xᵀy`, solved in units in which each column of `X` has length 1.
 pub(crate) struct Normal {
@@ -95,22 +94,27 @@ impl Solved {
                 (gram.view((0, 0), (terms, terms)).into_owned(), lift)
             })
             .collect();
-        let shared = Solved::new(grams, terms)?;
-        let mut newtons = shared.newtons.clone();
-        for _ in 0..MOST_STEPS {
+        let factors = |newtons: &DVector<f64>| -> Vec<Option<f64>> {
             let own = |((square, lift), rows): (&(DMatrix<f64>, DVector<f64>), &usize)| {
-                scale(
-                    *rows,
-                    [lift.dot(&newtons), newtons.dot(&(square * &newtons))],
-                )
+                let sums = [lift.dot(newtons), newtons.dot(&(square * newtons))];
+                scale(*rows, sums)
             };
-            let own: Vec<Option<f64>> = parts.iter().zip(rows).map(own).collect();
-            let known = || own.iter().flatten();
-            let mean = match known().count() {
-                0 => 1.0,
-                count => known().sum::<f64>() / count as f64,
-            };
-            newtons *= mean;
+            parts.iter().zip(rows).map(own).collect()
+        };
+        let start = Solved::new(grams, terms)?.newtons;
+        let mut solved = Solved {
+            factors: vec![1.0; grams.len()],
+            square_n2: f64::INFINITY,
+            normal: Normal::new(&DMatrix::identity(terms, terms))?,
+            newtons: start.clone(),
+        };
+        let mut next = start;
+        for _ in 0..MOST_STEPS {
+            let own = factors(&next);
+            let known = own.iter().flatten();
+            let mean = known.clone().sum::<f64>() / known.count().max(1) as f64;
+            let mean = if mean > 0.0 { mean } else { 1.0 };
+            let newtons = &next * mean;
             let factor = |own: &Option<f64>| own.map_or(1.0, |own| own / mean);
             let (mut all, mut normal) =
                 (DMatrix::zeros(terms, terms), DMatrix::zeros(terms, terms));
@@ -119,33 +123,34 @@ impl Solved {
                 let s = factor(own);
                 let fitted = square * &newtons;
                 all += square * (s * s);
-                normal += square * (s * s);
                 right += (lift - &fitted * s) * s;
                 if own.is_some() {
                     normal -= &fitted * fitted.transpose() * (s * s / newtons.dot(&fitted));
                 }
             }
             // Along `b` itself the factors give way: there it stays as it is.
-            let along = all * &newtons;
-            normal += &along * along.transpose() / newtons.dot(&along);
-            let normal = Normal::new(&normal)?;
-            let step = normal.solve(&right);
-            newtons += &step;
-            let is_there = (0..terms).all(|k| step[k].abs() <= LEAST_STEP * newtons[k].abs());
-            if is_there {
-                let mut solved = Solved {
-                    newtons,
-                    factors: own.iter().map(factor).collect(),
-                    square_n2: 0.0,
-                    normal,
-                };
-                let both = grams.iter().zip(&solved.factors);
-                solved.square_n2 = both.map(|(gram, s)| solved.left_n2(*s, gram)).sum();
-                return Some(solved);
+            let along = &all * &newtons;
+            normal += all + &along * along.transpose() / newtons.dot(&along);
+            let mut tried = Solved {
+                normal: Normal::new(&normal)?,
+                factors: own.iter().map(factor).collect(),
+                square_n2: 0.0,
+                newtons,
+            };
+            let both = grams.iter().zip(&tried.factors);
+            tried.square_n2 = both.map(|(gram, s)| tried.left_n2(*s, gram)).sum();
+            if tried.square_n2 >= solved.square_n2 * (1.0 - LEAST_GAIN) {
+                if tried.square_n2 < solved.square_n2 {
+                    return Some(tried);
+                }
+                // A step too far, or none any more.
+                next = (&solved.newtons + &tried.newtons) * 0.5;
+                continue;
             }
+            next = &tried.newtons + tried.normal.solve(&right);
+            solved = tried;
         }
-        // Factors and map are not told apart.
-        Some(shared)
+        Some(solved)
     }
 
     /// What turns a row of the sums into what is left: minus the coefficients times a trace's
