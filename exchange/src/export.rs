@@ -77,11 +77,46 @@ impl Target {
         }
     }
 
+    /// What of [`Options`] says something of some formats alone, and of which: a georeference,
+    /// axes, a rate, an origin, compressed bytes alone, formats without times.
+    pub const OF_OPTIONS: [&[Target]; 6] = [
+        &[
+            Target::Setpoints,
+            Target::Skybrush,
+            Target::Czml,
+            Target::Qgc,
+        ],
+        &[Target::Setpoints],
+        &[Target::Setpoints],
+        &[Target::Setpoints],
+        &[Target::Crazyswarm],
+        &[Target::Qgc],
+    ];
+
+    /// Options that are given and say nothing of the format, each with the formats it is for; in
+    /// the order of [`Target::OF_OPTIONS`].
+    pub fn idle<'o>(
+        self,
+        options: [(&'o str, bool); 6],
+    ) -> impl Iterator<Item = (&'o str, String)> {
+        let all = options.into_iter().zip(Target::OF_OPTIONS);
+        let is_idle =
+            move |((_, is_given), of): &((&str, bool), &[Target])| *is_given && !of.contains(&self);
+        all.filter(is_idle).map(|((option, _), of)| {
+            let of: Vec<&str> = of.iter().map(|it| it.as_str()).collect();
+            (option, of.join(", "))
+        })
+    }
+
     /// It is flown; else it is looked at.
     fn is_flown(self) -> bool {
         !matches!(self, Target::Mcap | Target::Czml)
     }
 }
+
+/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode
+/// asks for at least (2 Hz).
+pub const RATE_DEFAULT_HZ: f64 = 20.0;
 
 /// How it is written.
 #[derive(Clone, Debug, PartialEq)]

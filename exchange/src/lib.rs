@@ -27,5 +27,8 @@ mod standing;
 pub mod untimed;
 pub mod write;
 
-pub use export::{Export, ExportError, File, Manifest, Options, RATES_HZ, Refusal, Target, export};
+pub use export::{
+    Export, ExportError, File, Manifest, Options, RATE_DEFAULT_HZ, RATES_HZ, Refusal, Target,
+    export,
+};
 pub use import::{Show, ShowError, read_show};

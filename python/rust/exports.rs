@@ -1,7 +1,10 @@
 //! Plans written as other programs fly them.
 
+use std::path::PathBuf;
+
 use exchange::frame::{Axes, Georeference};
-use exchange::{ExportError, Options, RATES_HZ, Target};
+use exchange::{ExportError, Options, RATE_DEFAULT_HZ, RATES_HZ, Target};
+use loader::files::other_writer;
 use planner::plan::file;
 use planner::verify::examination::examine;
 use pyo3::exceptions::PyValueError;
@@ -12,8 +15,9 @@ use serde_json::{Value, json};
 use crate::refused::{fault, json_text, no_plan, refused, sentence};
 use crate::waiting::{Stop, wait};
 
-/// Setpoints: axes, how many a second, and whether they count from each drone's own start.
-type Setpoints = (String, f64, bool);
+/// Setpoints: axes, how many a second, and whether they count from each drone's own start; as far
+/// as that is said.
+type Setpoints = (Option<String>, Option<f64>, bool);
 /// The manifest as JSON, and each file's name and contents.
 type Exported = (String, Vec<(String, Py<PyBytes>)>);
 
@@ -33,9 +37,23 @@ pub(crate) fn export(
         let known = Target::ALL.map(Target::as_str).join(", ");
         PyValueError::new_err(format!("there is no format {format:?}; there are {known}"))
     })?;
+    let given = [
+        ("georeference", georeference.is_some()),
+        ("frame", setpoints.0.is_some()),
+        ("rate_hz", setpoints.1.is_some()),
+        ("own_origin", setpoints.2),
+        ("compressed", compressed_alone),
+        ("untimed_ok", untimed_ok),
+    ];
+    if let Some((option, of)) = target.idle(given).next() {
+        let message = format!("{option} is for {of}: it says nothing of {format}");
+        return Err(PyValueError::new_err(message));
+    }
     let georeference = georeference.map(Georeference::new).transpose();
     let georeference = georeference.map_err(PyValueError::new_err)?;
     let (frame, rate_hz, own_origin) = setpoints;
+    let frame = frame.unwrap_or_else(|| Axes::Ned.as_str().to_owned());
+    let rate_hz = rate_hz.unwrap_or(RATE_DEFAULT_HZ);
     let mut axes = [Axes::Ned, Axes::Enu].into_iter();
     let axes = axes.find(|it| it.as_str() == frame);
     let axes =
@@ -90,4 +108,10 @@ pub(crate) fn export(
     let files = made.files.into_iter();
     let files = files.map(|it| (it.name, PyBytes::new(py, &it.bytes).unbind()));
     Ok((json_text(&made.manifest)?, files.collect()))
+}
+
+/// The file by which one knows that another command wrote to a folder, and that command.
+#[pyfunction]
+pub(crate) fn written_by_another(folder: PathBuf) -> Option<(&'static str, &'static str)> {
+    other_writer(&folder, exchange::import::MANIFEST)
 }

@@ -94,6 +94,13 @@ impl Plan {
         })
     }
 
+    /// What another process had as [`Plan::json`], notes and more; nothing is judged again.
+    #[staticmethod]
+    fn restored(py: Python<'_>, text: &str, notes: Vec<String>, untold: usize) -> PyResult<Plan> {
+        let file = file::read(text).map_err(|error| no_plan(py, None, &error))?;
+        Ok(Plan(Arc::new(file.plan), notes, untold))
+    }
+
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.1.clone()

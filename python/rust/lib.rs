@@ -29,6 +29,7 @@ fn _leeward(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fleet::check, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::fly, module)?)?;
     module.add_function(wrap_pyfunction!(exports::export, module)?)?;
+    module.add_function(wrap_pyfunction!(exports::written_by_another, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::read_all, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::no_force, module)?)?;
     module.add_function(wrap_pyfunction!(recordings::simulate, module)?)?;

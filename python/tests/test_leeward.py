@@ -1,9 +1,11 @@
 """The package as a user has it: what it answers, what it refuses, and how."""
 
+import copy
 import doctest
 import hashlib
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -340,7 +342,11 @@ def test_a_plan_is_exported_to_every_format(two, tmp_path):
         ("qgc", ".plan"),
     ]:
         found = two.export(
-            to, tmp_path / to, georeference=at, compressed=True, untimed_ok=True
+            to,
+            tmp_path / to,
+            georeference=None if to in ("crazyswarm", "mcap") else at,
+            compressed=to == "crazyswarm",
+            untimed_ok=to == "qgc",
         )
         written = json.loads((tmp_path / to / "export.json").read_text())
         assert written == found.data and written["to"] == to
@@ -553,6 +559,43 @@ def test_of_a_folder_what_cannot_be_read_is_left_out_with_a_remark(tmp_path):
         leeward.diagnose([tmp_path / "sound", tmp_path / "spoilt"])
     (problem,) = caught.value.problems
     assert problem.file == str(tmp_path / "spoilt" / "meta.json") and problem.line == 2
+
+
+def test_what_says_nothing_of_a_format_is_refused_and_folders_of_others_are_left_alone(two, tmp_path):
+    for to, options in (
+        ("mcap", {"georeference": (47.4, 8.5, 488.0, 0.0)}),
+        ("mcap", {"frame": "ned"}),
+        ("skybrush", {"rate_hz": 50.0}),
+        ("setpoints", {"compressed": True}),
+        ("setpoints", {"untimed_ok": True}),
+    ):
+        with pytest.raises(ValueError, match=f"{next(iter(options))} is for .* nothing of {to}"):
+            two.export(to, tmp_path / "o", **options)
+    two.save(tmp_path / "plan.json")
+    with pytest.raises(leeward.PlanError, match="holds what `plan SCENARIO` wrote"):
+        two.export("setpoints", tmp_path)
+    assert {it.name for it in tmp_path.iterdir()} == {"plan.json"}
+
+
+def test_a_loaded_plan_is_called_what_its_file_is_called(two, tmp_path):
+    path = tmp_path / "plan.json"
+    path.write_bytes(json.dumps(two.data).encode() + b"\r\n")
+    named = leeward.Plan.load(path).export("setpoints", tmp_path / "o").data["plan"]["id"]
+    assert named == hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def test_plans_and_air_go_to_other_processes(two):
+    back = pickle.loads(pickle.dumps(two))
+    assert back.data == two.data and back.notes == two.notes and back.status == two.status
+    t_s = back.times(0.5)
+    assert np.array_equal(back["scout"].position(t_s), two["scout"].position(t_s), equal_nan=True)
+    air = leeward.Air("kolibri", 0.3, temperature_c=5.0)
+    below = [[0.0, 0.1, -1.0]]
+    assert (pickle.loads(pickle.dumps(air)).speed(below) == air.speed(below)).all()
+    found = leeward.separation("kolibri", under=air)
+    assert copy.deepcopy(found).depth_needed_m(0.3) == found.depth_needed_m(0.3)
+    with pytest.raises(ValueError, match=r"xyz: shape \(1, 1, 3\)"):
+        air.speed([below])
 
 
 def test_errors_say_where_in_a_dict():

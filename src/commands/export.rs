@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use exchange::frame::{Axes, Georeference};
-use exchange::{ExportError, Manifest, Options, RATES_HZ, Refusal, Target, export};
+use exchange::{
+    ExportError, Manifest, Options, RATE_DEFAULT_HZ, RATES_HZ, Refusal, Target, export,
+};
 use planner::verify::examination::examine;
 use serde::Serialize;
 use serde_json::json;
@@ -80,35 +82,22 @@ struct Printed<'a> {
     files: &'a [PathBuf],
 }
 
-/// Setpoints a second where none are asked for: chosen here, ten times what PX4's offboard mode
-/// asks for at least (2 Hz).
-const RATE_DEFAULT_HZ: f64 = 20.0;
 /// The file by which one knows a folder of this command.
 const MAIN: &str = exchange::import::MANIFEST;
 
 impl Arguments {
     /// Options that were given and say nothing of the format, each with the formats it is for.
     fn inapplicable(&self) -> Vec<String> {
-        const SETPOINTS: &[Target] = &[Target::Setpoints];
-        let on_earth = &[
-            Target::Setpoints,
-            Target::Skybrush,
-            Target::Czml,
-            Target::Qgc,
+        let given = [
+            ("--georeference", self.georeference.is_some()),
+            ("--frame", self.frame.is_some()),
+            ("--rate", self.rate.is_some()),
+            ("--origin", self.origin.is_some()),
+            ("--compressed", self.compressed),
+            ("--untimed-ok", self.untimed_ok),
         ];
-        let given: [(&str, bool, &[Target]); 6] = [
-            ("--georeference", self.georeference.is_some(), on_earth),
-            ("--frame", self.frame.is_some(), SETPOINTS),
-            ("--rate", self.rate.is_some(), SETPOINTS),
-            ("--origin", self.origin.is_some(), SETPOINTS),
-            ("--compressed", self.compressed, &[Target::Crazyswarm]),
-            ("--untimed-ok", self.untimed_ok, &[Target::Qgc]),
-        ];
-        let is_idle = |(_, given, of): &(&str, bool, &[Target])| *given && !of.contains(&self.to);
-        let idle = given.into_iter().filter(is_idle);
-        let told = idle.map(|(option, _, of)| {
-            let of: Vec<&str> = of.iter().map(|it| it.as_str()).collect();
-            let (of, to) = (of.join(", "), self.to.as_str());
+        let told = self.to.idle(given).map(|(option, of)| {
+            let to = self.to.as_str();
             format!("`{option}` is for --to {of}: it says nothing of {to}")
         });
         told.collect()

@@ -5,32 +5,13 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 pub(crate) use loader::files::{
-    MOST_BYTES, MOST_SCENARIO_BYTES, bytes_of, is_plain, text, text_of,
+    MOST_BYTES, MOST_SCENARIO_BYTES, WRITERS, bytes_of, is_plain, other_writer, text, text_of,
 };
 use serde::Serialize;
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use crate::io::failure::Failure;
-
-/// The commands that write folders: the file by which one knows theirs, the command, and where it
-/// writes unless it is told.
-const WRITERS: [(&str, &str, &str); 14] = [
-    ("plan.json", "plan SCENARIO", "out"),
-    ("checked.json", "plan check", "out/check"),
-    ("flight.json", "plan fly", "out/fly"),
-    ("export.json", "plan export", "out/export"),
-    ("separation.json", "plan separation", "out/separation"),
-    ("comparison.json", "plan compare", "out/compare"),
-    ("sweep.json", "plan sweep", "out/sweep"),
-    ("air.json", "plan air", "out/air"),
-    ("residuals.json", "plan simulate", "out/simulate"),
-    ("calibration.json", "plan calibrate", "out/calibrate"),
-    ("diagnosis.json", "plan diagnose", "out/diagnose"),
-    ("judged.json", "plan diagnose --finding", "out/judged"),
-    ("hardware.json", "plan diagnose --normal", "out/hardware"),
-    ("marks.json", "plan prove", "out"),
-];
 
 /// The folder that a run writes to, made before the planning so that a folder which cannot be made
 /// is known at once.
@@ -46,9 +27,7 @@ impl OutFolder {
     /// # Errors
     /// It cannot be made, or holds what another command wrote.
     pub(crate) fn prepare(path: PathBuf, main: &str) -> Result<OutFolder, Failure> {
-        let others = WRITERS.iter().filter(|(file, ..)| *file != main);
-        let mut others = others.filter(|(file, ..)| path.join(file).exists());
-        if let Some(&(file, command, _)) = others.next() {
+        if let Some((file, command)) = other_writer(&path, main) {
             return Err(Failure::Foreign {
                 path,
                 file,

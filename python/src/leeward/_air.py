@@ -51,6 +51,7 @@ class Air:
         pressure_pa: float = 101_325.0,
     ) -> None:
         outside = (float(temperature_c), float(pressure_pa))
+        self._given = (airframe, mass_kg, *outside)
         if isinstance(airframe, Airframe):
             numbers = (
                 float(airframe.mass_kg),
@@ -103,8 +104,21 @@ class Air:
             raise TypeError(f"receiver is a {kind}; an Air is wanted: Air({receiver!r})")
         return self._air.mean_over_discs(receiver._air, _rows(xyz))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes."""
+        return _air, self._given
+
     def __repr__(self) -> str:
         return f"Air({self.name!r}, hover_velocity_mps={self.hover_velocity_mps:.2f})"
+
+
+def _air(
+    airframe: Union[str, Airframe],
+    mass_kg: float | None,
+    temperature_c: float,
+    pressure_pa: float,
+) -> Air:
+    return Air(airframe, mass_kg, temperature_c=temperature_c, pressure_pa=pressure_pa)
 
 
 def _count(propellers: Any) -> int:
@@ -116,6 +130,8 @@ def _count(propellers: Any) -> int:
 
 def _rows(xyz: npt.ArrayLike) -> Floats:
     rows = np.ascontiguousarray(floats("xyz", xyz))
+    if rows.ndim not in (1, 2):
+        raise ValueError(f"xyz: shape {rows.shape}; (n, 3) or (3,) is wanted")
     return rows[None, :] if rows.ndim == 1 else rows
 
 
@@ -138,7 +154,7 @@ class Separation:
     power: Floats
     """Its power to hover there over that in still air; shape (d, o)."""
 
-    _pair: _leeward.Separation = field(repr=False)
+    _airs: tuple[Air, Air] = field(repr=False)
 
     def depth_needed_m(self, alpha: float, offset_m: float = 0.0) -> float:
         """From which depth on (m) ``alpha`` (above 0) is not exceeded, so far beside (m, from 0);
@@ -147,7 +163,8 @@ class Separation:
             raise ValueError(f"alpha is {alpha}; it must be finite and above 0")
         if not (np.isfinite(offset_m) and offset_m >= 0.0):
             raise ValueError(f"offset_m is {offset_m}; it must be finite and not below 0")
-        return self._pair.below_m(alpha, offset_m)
+        lower, upper = self._airs
+        return _leeward.Separation(lower._air, upper._air).below_m(alpha, offset_m)
 
     def to_pandas(self) -> _pandas.DataFrame:
         """A row for each depth and offset; needs pandas."""
@@ -218,7 +235,7 @@ def separation(
         air_mps=air,
         alpha=alpha,
         power=power,
-        _pair=pair,
+        _airs=(lower, upper),
     )
 
 

@@ -22,6 +22,7 @@ __all__ = [
     "plan",
     "read_all",
     "simulate",
+    "written_by_another",
 ]
 
 _Floats: TypeAlias = npt.NDArray[np.float64]
@@ -71,6 +72,8 @@ class World:
 class Plan:
     @staticmethod
     def read(path: str, text: str) -> Plan: ...
+    @staticmethod
+    def restored(text: str, notes: list[str], untold: int) -> Plan: ...
     @property
     def notes(self) -> list[str]: ...
     @property
@@ -108,9 +111,10 @@ def export(
     text: str,
     to: tuple[str, str],
     georeference: tuple[float, float, float, float] | None,
-    setpoints: tuple[str, float, bool],
+    setpoints: tuple[str | None, float | None, bool],
     only: tuple[bool, bool],
 ) -> tuple[str, list[tuple[str, bytes]]]: ...
+def written_by_another(folder: str) -> tuple[str, str] | None: ...
 def read_all(paths: list[str], meta: str | None) -> tuple[list[Recording], str]: ...
 def no_force(recordings: list[Recording]) -> str: ...
 def simulate(

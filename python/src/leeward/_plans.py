@@ -95,6 +95,12 @@ class DronePlan(Mapping[str, Any]):
         return f"DronePlan({self.name!r}, arrives_s={self._data['arrives_s']})"
 
 
+def _restored(text: str, notes: list[str], untold: int, stated: str | None) -> Plan:
+    plan = Plan(_leeward.Plan.restored(text, notes, untold))
+    plan._stated = stated
+    return plan
+
+
 class Plan:
     """A verified plan: what plan.json holds (``data``), drones by name, positions as arrays."""
 
@@ -122,6 +128,10 @@ class Plan:
         plan._stated = text
         return plan
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes; which waits are dwells, ``page`` says here alone."""
+        return _restored, (self._plan.json(), self.notes, self.untold, self._stated)
+
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes it as a plan.json."""
         Path(path).write_text(self._text(), encoding="utf-8")
@@ -139,8 +149,8 @@ class Plan:
         folder: Union[str, os.PathLike[str]],
         *,
         georeference: tuple[float, float, float, float] | None = None,
-        frame: str = "ned",
-        rate_hz: float = 20.0,
+        frame: str | None = None,
+        rate_hz: float | None = None,
         own_origin: bool = False,
         compressed: bool = False,
         untimed_ok: bool = False,
@@ -150,18 +160,24 @@ class Plan:
         ``to``: ``setpoints``, ``crazyswarm``, ``skybrush``, ``mcap``, ``czml`` or ``qgc``
         (docs/exchange.md). ``georeference``: latitude, longitude (deg), height above mean sea level
         (m) of (0, 0, 0) and heading of +x (deg, clockwise from north); ``czml`` and ``qgc`` need
-        it. Of setpoints: ``frame`` (``ned`` or ``enu``), ``rate_hz``, and ``own_origin``: places
-        count from each drone's start. ``compressed``: of ``crazyswarm`` the compressed form alone.
+        it. Of setpoints: ``frame`` (``ned``, which it is, or ``enu``), ``rate_hz`` (1/s; 20), and
+        ``own_origin``: places count from each drone's start. ``compressed``: of ``crazyswarm`` the compressed form alone.
         ``untimed_ok``: ``qgc`` holds no times; write it all the same.
 
         The folder is made, and files of an earlier export in it are replaced. Raises ``PlanError``
-        where the plan is not safe or a drone does not fit (``problems``: one for each); then
-        nothing is written.
+        where the plan is not safe or a drone does not fit (``problems``: one for each), and where
+        the folder holds what another command wrote, and ``ValueError`` for what says nothing of the
+        format; then nothing is written.
         """
-        text = self._text()
-        # The name that `plan export` gives the saved file.
+        # What was loaded is exported as its file has it, and called what `plan export` calls that.
+        text = self._stated if self._stated is not None else self._text()
         plan_id = hashlib.sha256(text.encode()).hexdigest()[:16]
-        setpoints = (frame, float(rate_hz), own_origin)
+        setpoints = (frame, None if rate_hz is None else float(rate_hz), own_origin)
+        other = _leeward.written_by_another(os.fspath(folder))
+        if other is not None:
+            raise PlanError(
+                f"{os.fspath(folder)} holds what `{other[1]}` wrote ({other[0]}); name another folder"
+            )
         only = (compressed, untimed_ok)
         manifest, contents = _leeward.export(text, (to, plan_id), georeference, setpoints, only)
         out = Path(folder)
@@ -333,7 +349,8 @@ class Check:
 
 def _text_of(path: Union[str, os.PathLike[str]]) -> str:
     try:
-        return Path(path).read_text(encoding="utf-8")
+        # As it is: a plan is known by its bytes.
+        return Path(path).read_bytes().decode("utf-8")
     except UnicodeDecodeError:
         raise PlanError(
             f"{os.fspath(path)} is no text: a plan.json is wanted; "
