@@ -90,7 +90,10 @@ pub struct Meta<'m> {
 /// Paths that cannot be read, all that is wrong with what is named, and that nothing is in order.
 pub fn read_all(paths: &[PathBuf], meta: Meta<'_>) -> Result<ReadAll, LoadError> {
     let mut sources = Vec::new();
-    let found = paths.iter().map(|path| find(path, &mut sources));
+    let mut passed = Vec::new();
+    let found = paths
+        .iter()
+        .map(|path| find(path, &mut sources, &mut passed));
     let missing: Vec<LoadError> = found.filter_map(Result::err).collect();
     if !missing.is_empty() {
         return Err(LoadError::Several(missing));
@@ -142,6 +145,13 @@ pub fn read_all(paths: &[PathBuf], meta: Meta<'_>) -> Result<ReadAll, LoadError>
         });
         let message = format!("{} is left out{told}", source.path.display());
         tell(&source.name, message);
+    }
+    // One that is named beside the folder that it is in is not passed over.
+    for folder in passed.into_iter().filter(|it| !paths.contains(it)) {
+        let name = file_name(&folder).to_owned();
+        let folder = folder.display();
+        let message = format!("{folder} is left out: it holds recordings of its own; name it, too");
+        tell(&name, message);
     }
     for (copy, of) in copies {
         let message = format!(
@@ -300,7 +310,12 @@ enum Kind {
 }
 
 /// Adds what is at `path`: a recording, a flight, or a folder of either.
-fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), LoadError> {
+/// Folders in it that hold recordings of their own are passed over.
+fn find(
+    path: &Path,
+    sources: &mut Vec<Source>,
+    passed: &mut Vec<PathBuf>,
+) -> Result<(), LoadError> {
     let of = fs::metadata(path).map_err(LoadError::read(path))?;
     if !of.is_dir() {
         let log = Source::log(path.to_owned());
@@ -317,12 +332,15 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), LoadError> {
     let before = sources.len();
     let entries = entries(folder)?;
     let logs = logs_of_tables(&entries);
+    let passed_before = passed.len();
     for entry in entries {
         // One without its meta.json is told when it is read.
-        if (read::FOLDER_FILES.iter()).any(|file| entry.join(file).is_file()) {
+        if holds_tables(&entry) {
             sources.push(Source::folder(entry));
         } else if entry.is_file() && !is_of(&entry, &logs) {
             sources.extend(Source::log(entry));
+        } else if entry.is_dir() && holds_recordings(&entry)? {
+            passed.push(entry);
         }
     }
     sources.extend(logs.into_iter().map(|name| Source {
@@ -331,13 +349,31 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), LoadError> {
         kind: Kind::Tables,
     }));
     if sources.len() == before {
-        let help = format!(
-            "a recording is a folder with a meta.json, a flight log ({}), or a folder of either",
-            read::LOG_FILES
-        );
+        let within: Vec<String> = (passed.drain(passed_before..))
+            .map(|folder| folder.display().to_string())
+            .collect();
+        let help = match within.is_empty() {
+            true => format!(
+                "a recording is a folder with a meta.json, a flight log ({}), or a folder of either",
+                read::LOG_FILES
+            ),
+            false => format!("folders in it do; name them: {}", within.join(" ")),
+        };
         return Err(unusable(path, "holds no recording", &help));
     }
     Ok(())
+}
+
+/// Whether a folder is a recording, or would be one with its meta.json.
+fn holds_tables(folder: &Path) -> bool {
+    let mut files = read::FOLDER_FILES.iter();
+    files.any(|file| folder.join(file).is_file())
+}
+
+/// Whether a folder in one that is named holds recordings itself.
+fn holds_recordings(folder: &Path) -> Result<bool, LoadError> {
+    let is_one = |it: PathBuf| holds_tables(&it) || (it.is_file() && Source::log(it).is_some());
+    Ok(entries(folder)?.into_iter().any(is_one))
 }
 
 /// What is in a folder, sorted.

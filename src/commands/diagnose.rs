@@ -134,7 +134,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 },
                 other => other,
             })?;
-            return judge_others(arguments, recordings, (&name, &found), answer);
+            return judge_others(arguments, (&recordings, true), (&name, &found), answer);
         }
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
             return Err(Failure::not_only_forces(&recordings));
@@ -165,7 +165,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let are_explained = found.iter().all(|(_, finding)| is_explained(finding));
     let answer = Answer::from(are_explained);
     match found.as_slice() {
-        [(_, finding)] => judge_others(arguments, Vec::new(), (&name, finding), answer),
+        [(_, finding)] => judge_others(arguments, (&recordings, false), (&name, finding), answer),
         _ if arguments.judge.is_empty() => Ok(answer),
         several => Err(Failure::SeveralToJudge(several.len())),
     }
@@ -186,10 +186,11 @@ fn undiagnosed(
     }
 }
 
-/// What was found, held against the recordings named with `--judge`; `own` serve the thrust maps.
+/// What was found, held against the recordings named with `--judge`; flight logs that it was fitted
+/// to serve the thrust maps.
 fn judge_others(
     arguments: &Arguments,
-    own: Vec<Recording>,
+    (fitted, are_logs): (&[Recording], bool),
     (name, finding): (&str, &Finding),
     answer: Answer,
 ) -> Result<Answer, Failure> {
@@ -201,8 +202,20 @@ fn judge_others(
         error: error.into(),
     })?;
     let others = arguments.asked.read_at(&arguments.judge)?;
+    let copies = others.recordings.iter().filter_map(|other| {
+        let of = fitted.iter().find(|own| other.is_copy_of(own))?;
+        Some(format!(
+            "--judge {}: holds the same readings as {}, which the finding is fitted to",
+            other.name, of.name
+        ))
+    });
+    let copies: Vec<String> = copies.collect();
+    if !copies.is_empty() {
+        return Err(Failure::Inapplicable(copies));
+    }
+    let own = if are_logs { fitted } else { &[] };
     let from = own.len();
-    let recordings = [own, others.recordings].concat();
+    let recordings = [own, &others.recordings].concat();
     let folder = arguments.asked.folder(name, MAIN)?.path.join("judged");
     let asked = arguments.asked.after(folder);
     let helps = judge(

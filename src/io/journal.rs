@@ -2,7 +2,7 @@
 //! process; what is over may be left out.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{self, Read, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
@@ -46,12 +46,15 @@ impl Journal {
         };
         file.try_lock()
             .map_err(|error| wrong(format!("another process has it open ({error})")))?;
+        // What is something else may be of any length.
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(Failure::read(path))?;
-        let begins = bytes.len().min(HEAD.len());
-        if bytes[..begins] != HEAD[..begins] {
+        let mut head = Read::by_ref(&mut file).take(HEAD.len() as u64);
+        let head = head.read_to_end(&mut bytes);
+        head.map_err(Failure::read(path))?;
+        if !HEAD.starts_with(&bytes) {
             return Err(wrong("it is no journal".to_owned()));
         }
+        file.read_to_end(&mut bytes).map_err(Failure::read(path))?;
         let whole = bytes
             .iter()
             .rposition(|it| *it == b'\n')

@@ -52,6 +52,27 @@ impl Recording {
         self.probes.is_none() && self.receivers.is_empty()
     }
 
+    /// Whether it holds the same readings as another, whatever the two are called.
+    #[must_use]
+    pub fn is_copy_of(&self, other: &Recording) -> bool {
+        let track = |it: &Vehicle| {
+            let places = it.track.position_m.iter().flat_map(|at| at.iter().copied());
+            let all = it.track.t_s.iter().copied().chain(places);
+            (it.id.clone(), all.map(f64::to_bits).collect::<Vec<u64>>())
+        };
+        let speed = |it: &ProbeSample| [it.t_s, it.speed_mps].map(f64::to_bits);
+        let speeds = |it: &Recording| {
+            let samples = it.probes.iter().flat_map(|probes| &probes.samples);
+            samples.map(speed).collect::<Vec<_>>()
+        };
+        let throttle = |it: &ReceiverSample| [it.t_s, it.throttle_ratio].map(f64::to_bits);
+        let throttles = |it: &Recording| it.receivers.iter().map(throttle).collect::<Vec<_>>();
+        self.vehicles.len() == other.vehicles.len()
+            && speeds(self) == speeds(other)
+            && throttles(self) == throttles(other)
+            && (self.vehicles.iter().map(track)).eq(other.vehicles.iter().map(track))
+    }
+
     /// Whether it is a flight log that tells what one of its drones' forces is judged by, whatever
     /// else that may lack.
     #[must_use]

@@ -224,3 +224,33 @@ fn a_folder_of_tables_without_their_metadata_is_told_of_and_not_read() {
     );
     assert_eq!((&name[..], &remark.message), ("bare", &message));
 }
+
+#[test]
+fn folders_in_a_folder_that_hold_recordings_are_told_to_be_left_out() {
+    let folder = folder(&[
+        ("campaign.ron", CAMPAIGN_RON.as_bytes()),
+        ("all/a.csv", LOG.as_bytes()),
+        ("all/day2/b.csv", LOG.replace("0.02", "0.03").as_bytes()),
+        ("all/notes/c.txt", b"no log"),
+        ("days/day1/c.csv", LOG.as_bytes()),
+    ]);
+    let [all, days] = ["all", "days"].map(|name| folder.path().join(name));
+    let read = read_all(std::slice::from_ref(&all), ASKED).expect("in order");
+    assert_eq!(names(&read), ["a"]);
+    let [(name, remark)] = &read.left_out[..] else {
+        panic!("{:?}", read.left_out);
+    };
+    assert_eq!(name, "day2");
+    assert!(
+        remark.message.contains("name it, too"),
+        "{}",
+        remark.message
+    );
+    let both = [all.clone(), all.join("day2")];
+    let read = read_all(&both, ASKED).expect("in order");
+    assert_eq!(names(&read), ["a", "b"]);
+    assert!(read.left_out.is_empty(), "{:?}", read.left_out);
+    let said = said(read_all(&[days], ASKED));
+    assert!(said.contains("name them: "), "{said}");
+    assert!(said.contains("day1"), "{said}");
+}
