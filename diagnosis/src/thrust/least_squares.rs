@@ -227,3 +227,45 @@ pub(crate) fn lag_standard_error_s(
     let square: f64 = slopes.iter().map(|slope| slope[0] * slope[0]).sum();
     (curvature > 0.0).then(|| (few_clusters(slopes.len()) * square).sqrt() / curvature)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of rows `y = factor (2 x + 3 x²)`, `x` about `middle`.
+    fn sums(factor: f64, middle: f64) -> DMatrix<f64> {
+        let mut sums = DMatrix::zeros(4, 4);
+        for row in 0..200 {
+            let x = middle + 0.05 * (0.37 * f64::from(row)).sin();
+            let y = factor * (2.0 * x + 3.0 * x * x);
+            let values = DVector::from_vec(vec![x, x * x, y, 1.0]);
+            sums.ger(1.0, &values, &values, 1.0);
+        }
+        sums
+    }
+
+    #[test]
+    fn drones_that_differ_do_not_bend_the_map_of_their_kind() {
+        // The stronger a drone, the less it is given: taken for one they look as if thrust hardly
+        // followed what motors are given.
+        let drones = [(0.9, 0.55), (1.0, 0.5), (1.1, 0.46)].map(|(f, x)| sums(f, x));
+        let all: Vec<&DMatrix<f64>> = drones.iter().collect();
+        let shared = Solved::new(&all, 2).expect("told apart");
+        let scaled = Solved::scaled(&all, &[200; 3], 2).expect("told apart");
+        let slope = |of: &Solved| of.newtons[0] + of.newtons[1];
+        assert!((slope(&shared) - 5.0).abs() > 1.0, "{}", shared.newtons);
+        assert!((slope(&scaled) - 5.0).abs() < 1e-3, "{}", scaled.newtons);
+        for (found, is) in scaled.factors.iter().zip([0.9, 1.0, 1.1]) {
+            assert!((found - is).abs() < 1e-4, "{:?}", scaled.factors);
+        }
+        assert!(scaled.square_n2 < 1e-6 * shared.square_n2);
+        // Of too few rows none has a factor of its own.
+        let few = Solved::scaled(&all, &[20; 3], 2).expect("told apart");
+        assert!(
+            (&few.newtons - &shared.newtons).norm() < 1e-6,
+            "{}",
+            few.newtons
+        );
+        assert_eq!(few.factors, [1.0; 3]);
+    }
+}

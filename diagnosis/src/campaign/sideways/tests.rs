@@ -158,6 +158,33 @@ fn each_effect_sideways_is_named_with_its_size() {
 }
 
 #[test]
+fn what_lies_between_the_points_of_a_grid_is_found() {
+    let turning: Acts = |velocity, _, t_s, _| {
+        let (sine, cosine) = (t_s * std::f64::consts::TAU / 90.0).sin_cos();
+        Vector2::new(cosine, sine) * 0.3 - velocity * 0.3
+    };
+    let found = told(7, turning, (0.0, 1.0));
+    assert_eq!(names(&found), ["rotor_drag", "wind_turning"]);
+    let [drag, wind] = &found.effects[..] else {
+        panic!("two: {found:?}");
+    };
+    assert!((drag.parameters[0].value - 0.3).abs() < 0.01, "{drag:?}");
+    let turns = wind.parameters.last().expect("told").value;
+    assert!(
+        (turns * 90.0 / std::f64::consts::TAU - 1.0).abs() < 0.02,
+        "{turns}"
+    );
+    let found = told(8, NOTHING, (0.2, 3.4));
+    assert_eq!(names(&found), [SWING]);
+    // With a fifth of the drone on its cord.
+    let omega = found.effects[0].parameters[1].value;
+    assert!(
+        (omega / (3.4 * 1.2_f64.sqrt()) - 1.0).abs() < 0.01,
+        "{omega}"
+    );
+}
+
+#[test]
 fn an_attitude_that_is_logged_late_is_a_lag_and_no_payload() {
     let flights = (0..4).map(|index| {
         let mut flight = flight(index, 5, NOTHING, (0.0, 1.0));
