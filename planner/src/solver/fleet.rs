@@ -24,7 +24,9 @@ use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
-use crate::solver::priority::{FailureKind, FleetProblem, MOST_SMALL, Paths, plan_fleet};
+use crate::solver::priority::{
+    FailureKind, FleetProblem, MOST_SMALL, Paths, note_of_steps, plan_fleet,
+};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
 use crate::solver::relaxed::{Why, most_states, notes, weaker};
 use crate::verify::{harm, judged, verify};
@@ -53,6 +55,12 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
     let world = run.world;
+    notes.extend(note_of_steps(
+        &world.planning,
+        &run.job,
+        &paths,
+        &run.effort,
+    ));
     let trials = Trials::new(control);
     if let Some((changed, said)) = cell::with_room_to_pass(world)
         && !paths.unplanned.is_empty()

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::{Control, Effort};
-use crate::scenario::world::Planning;
+use crate::scenario::world::{PathMotion, Planning};
 use crate::sipp::conflicts::{ReservationTable, Steps};
 use crate::sipp::search::IMMOVABLE;
 use crate::solver::density;
@@ -57,6 +57,8 @@ pub(crate) const MOST_SMALL: usize = 30;
 /// Sum of costs over its lower bound from which a small fleet is planned in other orders and on
 /// finer cells, too. Chosen here: windows and shafts that are shared over time stay below.
 const SLOW_RATIO: f64 = 1.4;
+/// The same from which a fleet that steps together is told so. Chosen here.
+const TOLD_RATIO: f64 = 3.0;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
 /// A state without tables takes as long as so many with them: chosen here, of random worlds with
@@ -322,6 +324,33 @@ pub(crate) fn is_slow(job: &Job, paths: &Paths) -> bool {
     let planned = planned.filter(|(_, path)| path.is_some());
     let alone: u64 = planned.map(|(agent, _)| u64::from(agent.alone_ticks)).sum();
     job.agents.len() <= MOST_SMALL && score(paths).1 as f64 > SLOW_RATIO * alone as f64
+}
+
+/// What to tell of a fleet that takes far longer than its drones alone because all of them step at
+/// the same moments.
+pub(crate) fn note_of_steps(
+    planning: &Planning,
+    job: &Job,
+    paths: &Paths,
+    effort: &Effort,
+) -> Option<String> {
+    let planned = job.agents.iter().zip(&paths.paths);
+    let planned = planned.filter(|(_, path)| path.is_some());
+    let alone: u64 = planned.map(|(agent, _)| u64::from(agent.alone_ticks)).sum();
+    let ratio = score(paths).1 as f64 / alone.max(1) as f64;
+    let is_told = effort.rounds > 0 && ratio > TOLD_RATIO && planning.margins.time_s > 0.0;
+    let smooth = match planning.motion {
+        PathMotion::Smooth => ", or `motion: Straight`,",
+        PathMotion::Straight => "",
+    };
+    is_told.then(|| {
+        format!(
+            "drones take {ratio:.0} times as long as each alone: all step at the same moments, so \
+             slowly that one may be early and another late by `time_margin_s` ({} s); a smaller \
+             margin{smooth} may be faster",
+            planning.margins.time_s
+        )
+    })
 }
 
 /// Those left out, then the sum of costs.
