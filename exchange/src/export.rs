@@ -95,10 +95,7 @@ impl Target {
 
     /// Options that are given and say nothing of the format, each with the formats it is for; in
     /// the order of [`Target::OF_OPTIONS`].
-    pub fn idle<'o>(
-        self,
-        options: [(&'o str, bool); 6],
-    ) -> impl Iterator<Item = (&'o str, String)> {
+    pub fn idle(self, options: [(&str, bool); 6]) -> impl Iterator<Item = (&str, String)> {
         let all = options.into_iter().zip(Target::OF_OPTIONS);
         let is_idle =
             move |((_, is_given), of): &((&str, bool), &[Target])| *is_given && !of.contains(&self);

@@ -115,6 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         let read = (&recordings[..], left_out);
         return judge(asked, read, 0, (&name, &finding));
     }
+    let others = others(arguments, &recordings)?;
     match (are_logs, &arguments.normal) {
         (true, Some(normal)) => {
             let names = hardware::Names {
@@ -134,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 },
                 other => other,
             })?;
-            return judge_others(arguments, (&recordings, true), (&name, &found), answer);
+            return judge_others(arguments, (&recordings, others), (&name, &found), answer);
         }
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
             return Err(Failure::not_only_forces(&recordings));
@@ -165,7 +166,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let are_explained = found.iter().all(|(_, finding)| is_explained(finding));
     let answer = Answer::from(are_explained);
     match found.as_slice() {
-        [(_, finding)] => judge_others(arguments, (&recordings, false), (&name, finding), answer),
+        [(_, finding)] => judge_others(arguments, (&[], others), (&name, finding), answer),
         _ if arguments.judge.is_empty() => Ok(answer),
         several => Err(Failure::SeveralToJudge(several.len())),
     }
@@ -186,21 +187,12 @@ fn undiagnosed(
     }
 }
 
-/// What was found, held against the recordings named with `--judge`; flight logs that it was fitted
-/// to serve the thrust maps.
-fn judge_others(
-    arguments: &Arguments,
-    (fitted, are_logs): (&[Recording], bool),
-    (name, finding): (&str, &Finding),
-    answer: Answer,
-) -> Result<Answer, Failure> {
+/// The recordings named with `--judge`, none of which holds the readings of one that the finding is
+/// fitted to.
+fn others(arguments: &Arguments, fitted: &[Recording]) -> Result<Option<Read>, Failure> {
     if arguments.judge.is_empty() {
-        return Ok(answer);
+        return Ok(None);
     }
-    let file = read_finding(&finding_ron(finding)).map_err(|error| Failure::Finding {
-        path: "finding.ron".into(),
-        error: error.into(),
-    })?;
     let others = arguments.asked.read_at(&arguments.judge)?;
     let copies = others.recordings.iter().filter_map(|other| {
         let of = fitted.iter().find(|own| other.is_copy_of(own))?;
@@ -210,10 +202,26 @@ fn judge_others(
         ))
     });
     let copies: Vec<String> = copies.collect();
-    if !copies.is_empty() {
-        return Err(Failure::Inapplicable(copies));
+    match copies.is_empty() {
+        true => Ok(Some(others)),
+        false => Err(Failure::Inapplicable(copies)),
     }
-    let own = if are_logs { fitted } else { &[] };
+}
+
+/// What was found, held against the recordings named with `--judge`; `own` serve the thrust maps.
+fn judge_others(
+    arguments: &Arguments,
+    (own, others): (&[Recording], Option<Read>),
+    (name, finding): (&str, &Finding),
+    answer: Answer,
+) -> Result<Answer, Failure> {
+    let Some(others) = others else {
+        return Ok(answer);
+    };
+    let file = read_finding(&finding_ron(finding)).map_err(|error| Failure::Finding {
+        path: "finding.ron".into(),
+        error: error.into(),
+    })?;
     let from = own.len();
     let recordings = [own, &others.recordings].concat();
     let folder = arguments.asked.folder(name, MAIN)?.path.join("judged");

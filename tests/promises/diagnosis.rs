@@ -345,7 +345,19 @@ fn a_finding_is_held_against_recordings_that_nothing_is_fitted_to() {
         assert_eq!((code, printed), (2, ""));
         assert!(errors.contains("what is found is fitted to it"), "{errors}");
     }
-    copy(&draughty(), &desk.path().join("another"));
+    // Nor under another name.
+    let another = desk.path().join("another");
+    copy(&draughty(), &another);
+    let output = plan(desk.path(), &["diagnose", &recording, "--judge", "another"]);
+    let (code, printed, errors) = texts(&output);
+    assert_eq!((code, printed), (2, ""));
+    assert!(
+        errors.contains("another: holds the same readings as draughty-hall"),
+        "{errors}"
+    );
+    let probes = fs::read_to_string(another.join("probes.csv")).unwrap();
+    let but_last = probes.trim_end().rsplit_once('\n').unwrap().0;
+    fs::write(another.join("probes.csv"), but_last).unwrap();
     let output = plan(desk.path(), &["diagnose", &recording, "--judge", "another"]);
     let (code, printed, errors) = texts(&output);
     assert_eq!((code, errors), (0, ""), "{printed}");

@@ -4,8 +4,8 @@
 //! Thrust is linear in the coefficients, and stays so through lag and low-pass; the lag itself is
 //! searched for. Every drone has a factor of its own in each flight, which are 1 on the average:
 //! drones of one airframe differ by some percent, and so do sessions; taken for one they would be
-//! errors in the duty cycles, and flatten the map. Rows of one flight are anything but independent, so standard errors are clustered
-//! by flight: with `X` the terms' values and `e` what is left,
+//! errors in the duty cycles, and flatten the map. Rows of one flight are anything but independent,
+//! so standard errors are clustered by flight: with `X` the terms' values and `e` what is left,
 //!
 //! ```text
 //! cov = F/(F-1) · (XᵀX)⁻¹ ( Σ_flights Xᵀe eᵀX ) (XᵀX)⁻¹           F flights

@@ -6,8 +6,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::thrust::free_flight::scale;
 
-/// Steps in which traces' own factors and the coefficients are found, at most, and the share of what
-/// is left by which a step must lessen it. Chosen here: Gauss-Newton takes a handful.
+/// Steps in which traces' own factors and the coefficients are found, at most, and the share of
+/// what is left by which a step must lessen it. Chosen here: Gauss-Newton takes a handful.
 const MOST_STEPS: usize = 30;
 const LEAST_GAIN: f64 = 1e-9;
 
@@ -201,9 +201,9 @@ fn by_flight(
     (sums.len() > 1).then(|| sums.into_values().collect())
 }
 
-/// Standard error of the lag, from the sums `step_s` before and after it and the squares left there:
-/// the error's slope with the lag in each flight, freed of what the coefficients take up, over its
-/// curvature.
+/// Standard error of the lag, from the sums `step_s` before and after it and the squares left
+/// there: the error's slope with the lag in each flight, freed of what the coefficients take up,
+/// over its curvature.
 pub(crate) fn lag_standard_error_s(
     solved: &Solved,
     [before, after]: [&[DMatrix<f64>]; 2],
