@@ -48,6 +48,9 @@ fn late(drone: &DronePlan, by_s: f64) -> DronePlan {
     let (from_s, until_s) = drone.airborne_s;
     // What hovers from the beginning does so before it begins.
     let from_s = if from_s > 0.0 { from_s + by_s } else { from_s };
+    for rest_s in &mut drone.landed_s {
+        *rest_s = (rest_s.0 + by_s, rest_s.1 + by_s);
+    }
     drone.airborne_s = (
         from_s,
         until_s.map(|it| if it > 0.0 { it + by_s } else { it }),

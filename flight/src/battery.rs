@@ -65,7 +65,11 @@ fn energy_j(drone: &DronePlan, (ends_s, flown): (f64, &Flown)) -> f64 {
         // Through thin air that was found, at the mass that is stated.
         let hover_mps = drone.hover_mps(*times_s.0) / flown.density_kg_per_m3(1.0).sqrt();
         let weight_n = mass_kg * GRAVITY_MPS2;
-        let flies_s = times_s.1.min(until_s) - times_s.0.max(from_s);
+        let both = |(from_s, until_s): (f64, f64)| {
+            (times_s.1.min(until_s) - times_s.0.max(from_s)).max(0.0)
+        };
+        let rests_s: f64 = drone.landed_s.iter().map(|rest_s| both(*rest_s)).sum();
+        let flies_s = both((from_s, until_s)) - rests_s;
         let climbs_m = places_m.1.z - places_m.0.z;
         energy_j += weight_n * (hover_mps * flies_s.max(0.0) + climbs_m.max(0.0));
     }

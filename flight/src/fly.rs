@@ -687,7 +687,7 @@ impl Setting<'_> {
             return;
         }
         let is_near = |pad_m: &Point3<f64>| (pad_m.xy() - at_m.xy()).norm() < PAD_M;
-        let is_over_pad = craft.course.pads_m.iter().flatten().any(is_near);
+        let is_over_pad = craft.course.pads_m.iter().any(is_near);
         let far_m = CONTACT_M + craft.body_radius_m;
         for (with, it) in self.fleet.solids.iter().enumerate() {
             let is_pad = || it.bears && is_over_pad && it.solid.is_below(&at_m);
@@ -709,7 +709,10 @@ impl Pilot {
     fn begin_step(&mut self, craft: &Craft, t_s: f64) {
         let (from_s, until_s) = craft.course.airborne_s;
         let reference = craft.course.at(t_s);
-        let is_up = from_s <= t_s && t_s < until_s;
+        let mut rests = craft.course.landed_s.iter();
+        let rest_s = rests.find(|rest_s| rest_s.0 <= t_s && t_s < rest_s.1);
+        let is_up = from_s <= t_s && t_s < until_s && rest_s.is_none();
+        let until_s = rest_s.map_or(until_s, |rest_s| rest_s.0);
         let is_high = self.body.position_m.z > reference.position_m.z + DOWN_M;
         let is_late = self.is_flying && t_s < until_s + DOWN_S && t_s < craft.course.there_s.1;
         let flies = is_up || is_late && is_high;

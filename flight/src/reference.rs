@@ -33,10 +33,12 @@ pub(crate) struct Course {
     last: Piece,
     /// When its rotors turn (s); from minus infinity where it begins in the air.
     pub(crate) airborne_s: (f64, f64),
+    /// When it stands landed in between (s).
+    pub(crate) landed_s: Vec<(f64, f64)>,
     /// When it is there (s).
     pub(crate) there_s: (f64, f64),
-    /// Where it stands before it takes off and after it has landed (m).
-    pub(crate) pads_m: [Option<Point3<f64>>; 2],
+    /// Where it stands before it takes off, between flights, and after it has landed (m).
+    pub(crate) pads_m: Vec<Point3<f64>>,
     /// Last time of the trajectory (s).
     pub(crate) last_s: f64,
     /// The highest of its break points (m).
@@ -79,12 +81,16 @@ impl Course {
         let leaves = drone.at_end == AtEnd::Leave && is_planned;
         let lands = drone.at_end == AtEnd::Land && is_planned;
         let gone_s = if leaves { last_s } else { f64::INFINITY };
+        let rests = drone.landed_s.iter();
+        let rests_m = rests.filter_map(|rest_s| trajectory.position_m(0.5 * (rest_s.0 + rest_s.1)));
+        let ends_m = [is_landed.then_some(first_m), lands.then_some(last_m)];
         Ok(Course {
+            pads_m: ends_m.into_iter().flatten().chain(rests_m).collect(),
             first: resting(first_m, *first_kg),
             last: resting(last_m, *last_kg),
             airborne_s: (from_s, until_s.min(gone_s)),
+            landed_s: drone.landed_s.clone(),
             there_s: (enters_s, gone_s),
-            pads_m: [is_landed.then_some(first_m), lands.then_some(last_m)],
             last_s,
             highest_m: heights_m.fold(f64::NEG_INFINITY, f64::max),
             masses_kg: each_kg,

@@ -242,6 +242,9 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
         .for_each(|it| *it = earlier(*it));
     let (airborne_s, landed_s) = drone.airborne_s;
     drone.airborne_s = (earlier(airborne_s), landed_s.map(earlier));
+    for rest_s in &mut drone.landed_s {
+        *rest_s = (earlier(rest_s.0), earlier(rest_s.1));
+    }
     let name = drone.name.clone();
     // How it moves itself is not asked: no drone flies it like that.
     let concerns = |it: &Violation| {

@@ -141,6 +141,9 @@ fn from_zero(plan: &Plan) -> Plan {
         }
         let (from_s, until_s) = drone.airborne_s;
         drone.airborne_s = (from_s - begins_s, until_s.map(|it| it - begins_s));
+        for rest_s in &mut drone.landed_s {
+            *rest_s = (rest_s.0 - begins_s, rest_s.1 - begins_s);
+        }
         drone.enters_s = drone.enters_s.map(|it| it - begins_s);
         drone.arrives_s -= begins_s;
     }

@@ -412,6 +412,10 @@ pub struct DronePlan {
     #[serde(default = "file::airborne_not_said")]
     #[schemars(transform = file::without_default)]
     pub airborne_s: (f64, Option<f64>),
+    /// When it stands landed between two flights, its wake off: from, until (s), in order, each of
+    /// them within `airborne_s`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub landed_s: Vec<(f64, f64)>,
     /// Where it is when.
     pub trajectory: TrajectoryEntry,
     /// End of the last dwell (s). A result, as all that follows.

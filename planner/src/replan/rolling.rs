@@ -613,9 +613,11 @@ fn path_of<'a>(
         AtEnd::Land => until_s.map(|until_s| until_s - lead_s),
         _ => until_s,
     };
+    let rests_s = entry.landed_s.iter();
     Ok(Cow::Owned(DronePlan {
         trajectory: path,
         airborne_s: (from_s, until_s),
+        landed_s: rests_s.map(|it| (it.0 - lead_s, it.1 + lead_s)).collect(),
         ..entry.clone()
     }))
 }

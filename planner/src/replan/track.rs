@@ -411,7 +411,8 @@ pub(crate) fn legs_of(
     };
     let begins = plan.enters_s.map_or(0, |_| whole(*first_s)[0]);
     let until_s = plan.airborne_s.1.unwrap_or(f64::INFINITY);
-    let switches_s = [plan.airborne_s.0, until_s].into_iter();
+    let rests_s = plan.landed_s.iter().flat_map(|it| [it.0, it.1]);
+    let switches_s = [plan.airborne_s.0, until_s].into_iter().chain(rests_s);
     let times_s = entry.t_s.iter().copied();
     let times_s = times_s.chain(switches_s.filter(|t_s| t_s.is_finite()));
     let mut ticks: Vec<u32> = times_s.flat_map(whole).chain([begins]).collect();
@@ -437,7 +438,9 @@ pub(crate) fn legs_of(
             end,
             from_m,
             to_m,
-            flying: plan.airborne_s.0 < to_s && from_s < until_s,
+            flying: plan.airborne_s.0 < to_s
+                && from_s < until_s
+                && !(plan.landed_s.iter()).any(|it| it.0 <= from_s && to_s <= it.1),
             air_limit: plan.air_limit,
         }
     };

@@ -89,7 +89,18 @@ pub(crate) fn write_legs(
     let flown = agent.flown(legs);
     let flying = || flown.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
-    // One span in the air: a drone that lands and rises again counts as airborne in between.
+    // From the first flight to the end of the last, and what lies between two.
+    let legs = || flown.iter();
+    let last = legs().rposition(|leg| leg.flying).unwrap_or(0);
+    let between = legs().take(last).skip_while(|leg| !leg.flying);
+    entry.landed_s.clear();
+    for leg in between.filter(|leg| !leg.flying) {
+        let (from_s, until_s) = (leg.start.seconds(), leg.end.seconds());
+        match entry.landed_s.last_mut() {
+            Some(rest) if rest.1 == from_s => rest.1 = until_s,
+            _ => entry.landed_s.push((from_s, until_s)),
+        }
+    }
     entry.airborne_s = match (flying().next(), flying().next_back()) {
         (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
         _ => {

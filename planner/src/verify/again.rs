@@ -76,6 +76,7 @@ impl FlownEntry {
         let whole = |it: &DronePlan| DronePlan {
             at_end: mine.at_end,
             airborne_s: (it.airborne_s.0, None),
+            landed_s: Vec::new(),
             trajectory: TrajectoryEntry::default(),
             ..it.clone()
         };
@@ -96,7 +97,12 @@ impl FlownEntry {
             return f64::NEG_INFINITY;
         };
         let ends_s = |it: &DronePlan| it.airborne_s.1.unwrap_or(f64::INFINITY);
-        one.t_s[last].min(ends_s(mine)).min(ends_s(theirs))
+        let rests = (0..).map(|k| [mine, theirs].map(|it| it.landed_s.get(k)));
+        let mut rests = rests.take_while(|both| *both != [None; 2]);
+        let other = rests.find(|[mine, theirs]| mine != theirs);
+        let rests_s = other.into_iter().flatten().flatten().map(|rest| rest.0);
+        let until_s = rests_s.fold(one.t_s[last], f64::min);
+        until_s.min(ends_s(mine)).min(ends_s(theirs))
     }
 }
 

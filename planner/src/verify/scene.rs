@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use airflow::{Convection, DiscPoints, FarField, Flown, Source, Superposition};
 use nalgebra::Point3;
+use rayon::iter::Either;
 
 use super::bounds::obstacles::{NamedSolid, Obstacles};
 use super::bounds::wake::BoundedWake;
@@ -62,6 +63,8 @@ pub(crate) struct Flight {
     /// When its wake is on and its air is limited (s); empty where the second is not after the
     /// first.
     pub(crate) airborne_s: Span,
+    /// When it stands landed in between (s), in order.
+    pub(crate) landed_s: Vec<Span>,
     /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
     /// Along every piece (m/s).
@@ -143,7 +146,11 @@ impl Flight {
             let (up_s, down_s) = self.airborne_s;
             let (up_s, down_s) = (up_s.clamp(from_s, until_s), down_s.clamp(from_s, until_s));
             let thirds = [(from_s, up_s), (up_s, down_s), (down_s, until_s)];
-            let parts = thirds.into_iter().zip([false, true, false]);
+            let thirds = thirds.into_iter().zip([false, true, false]);
+            let parts = match self.landed_s.is_empty() {
+                true => Either::Left(thirds),
+                false => Either::Right(thirds.flat_map(|(span_s, flies)| self.cut(span_s, flies))),
+            };
             let lasting = parts.filter(|((from_s, until_s), _)| from_s < until_s);
             lasting.map(move |((from_s, until_s), flies)| Part {
                 piece,
@@ -151,6 +158,32 @@ impl Flight {
                 flies,
             })
         })
+    }
+
+    /// A span (s) cut where it lands and rises again, each part with whether it flies.
+    fn cut(&self, (from_s, until_s): Span, flies: bool) -> Vec<(Span, bool)> {
+        let mut parts = Vec::new();
+        let mut at_s = from_s;
+        for &(lands_s, rises_s) in self.landed_s.iter().filter(|_| flies) {
+            let rest_s = (lands_s.clamp(at_s, until_s), rises_s.clamp(at_s, until_s));
+            parts.push(((at_s, rest_s.0), true));
+            parts.push((rest_s, false));
+            at_s = rest_s.1;
+        }
+        parts.push(((at_s, until_s), flies));
+        parts
+    }
+
+    /// Whether it stands landed between two flights at a time.
+    pub(crate) fn rests_at(&self, t_s: f64) -> bool {
+        let mut rests = self.landed_s.iter();
+        rests.any(|(lands_s, rises_s)| *lands_s < t_s && t_s < *rises_s)
+    }
+
+    /// Where it lands and rises again (m).
+    pub(crate) fn rests_m(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
+        let rests = self.landed_s.iter();
+        rests.map(|(lands_s, rises_s)| self.position_m(0.5 * (lands_s + rises_s)))
     }
 
     /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the

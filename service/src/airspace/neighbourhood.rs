@@ -687,6 +687,7 @@ fn gone(entry: &DronePlan, at_s: f64) -> DronePlan {
     let (from_s, until_s) = entry.airborne_s;
     let until_s = until_s.unwrap_or(at_s).min(at_s);
     entry.airborne_s = (from_s.min(until_s), Some(until_s));
+    entry.landed_s.retain(|rest_s| rest_s.1 <= until_s);
     entry.at_end = AtEnd::Leave;
     entry
 }

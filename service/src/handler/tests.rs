@@ -736,6 +736,49 @@ fn all_that_fly_land_soon_and_near_in_one_patch_and_who_is_on_the_ground_stays_t
 }
 
 #[test]
+fn a_drone_that_has_landed_flies_again_and_has_met_no_air_on_the_ground() {
+    // One lands on a rack, or on the floor; the other passes above while it stands there.
+    for (rack, to_m) in [("", "(10.5, 5.5, 1.5)"), (RACK, "(10.5, 5.5, 2.5)")] {
+        let scenario = format!(
+            r#"Scenario(name: "pad", bounds_m: (min: (0, 0, 0), max: (24, 10, 5)), {rack}
+                drones: [
+                    (name: "a", airframe: "kolibri", start_m: (8.5, 5.5, 2.5), at_end: Land,
+                        tasks: [(to_m: {to_m})]),
+                    (name: "b", airframe: "offboard-2", start_m: (2.5, 5.5, 3.5),
+                        tasks: [(to_m: (2.5, 5.5, 3.5), dwell_s: 12), (to_m: (20.5, 5.5, 3.5))]),
+                ])"#
+        );
+        let mut service = open(&scenario);
+        let retask = json!({"retask": {"drone": "a", "tasks": [{"to_m": [10.5, 2.5, 2.5]}]}});
+        let params = json!({"revision": 1, "at_s": 25.0, "changes": [retask]});
+        let told = tell(&mut service, &json!({"method": "change", "params": params}));
+        assert_eq!(told.answer.error, None);
+        let plan = service.flown.as_ref().unwrap().running.plan().clone();
+        assert_eq!(planner::verify(&plan).violations, []);
+        let a = &plan.drones[0];
+        let [(lands_s, rises_s)] = a.landed_s[..] else {
+            panic!("{:?}", a.landed_s);
+        };
+        assert!(lands_s < 10.0 && rises_s >= 25.0, "{:?}", a.landed_s);
+        // As if it had hovered there, the air of the other would have been too much.
+        let mut hovers = plan.clone();
+        hovers.drones[0].landed_s.clear();
+        let found = planner::verify(&hovers).violations;
+        assert!(found.iter().any(|it| it.drone == "a"), "{found:?}");
+        // Taken over from what was answered, it is the same plan.
+        let params = json!({"scenario": scenario, "plan": plan});
+        let taken = tell(
+            &mut Service::default(),
+            &json!({"method": "open", "params": params}),
+        );
+        assert_eq!(taken.answer.error, None);
+    }
+}
+
+/// A rack below what lands on it.
+const RACK: &str = r#"obstacles: [(name: "rack", min_m: (9.5, 3, 0), max_m: (11.5, 8, 1))],"#;
+
+#[test]
 fn those_that_land_already_are_left_as_they_are_however_often_it_is_asked() {
     let mut service = open(THREE);
     let first = land_all(&mut service, 0.2);

@@ -26,6 +26,83 @@ fn a_drone_exactly_where_the_far_field_of_another_begins_is_in_its_air() {
 }
 
 #[test]
+fn a_drone_that_stands_landed_between_flights_meets_no_air_and_has_to_stand() {
+    // Down under another's wake, up again beside it.
+    let radius_m = preset("kolibri").body_radius_m;
+    let rests = |z_m: f64| {
+        let upper = drone(
+            "upper",
+            "offboard-2",
+            &[
+                (0.0, [5.0, 5.0, 6.0]),
+                (20.0, [5.0, 5.0, 6.0]),
+                (30.0, [9.0, 5.0, 6.0]),
+            ],
+        );
+        let comes = (10.0, [5.0, 5.0, z_m]);
+        let mut lower = drone(
+            "lower",
+            "kolibri",
+            &[
+                (0.0, [5.0, 5.0, z_m + 0.5]),
+                comes,
+                (40.0, [5.0, 5.0, z_m]),
+                (50.0, [5.0, 5.0, 2.0]),
+            ],
+        );
+        lower.landed_s = vec![(10.0, 40.0)];
+        let mut plan = plan(vec![upper, lower]);
+        plan.drones[1].air_limit = 10.0;
+        plan
+    };
+    let strict = |z_m: f64, landed_s: &[(f64, f64)]| {
+        broken(rests(z_m), |plan| {
+            plan.drones[1].air_limit = 0.01;
+            plan.drones[1].landed_s = landed_s.to_vec();
+        })
+    };
+    let air_s = |plan: &Plan| {
+        let found = verify(plan).violations.into_iter();
+        let air = found.filter(|it| it.kind == ViolationKind::Air && it.drone == "lower");
+        air.map(|it| (it.from_s, it.until_s.unwrap_or(f64::INFINITY)))
+            .collect::<Vec<_>>()
+    };
+    let hovering = air_s(&strict(radius_m, &[]));
+    assert!(
+        hovering.iter().any(|it| it.0 < 15.0 && it.1 > 15.0),
+        "{hovering:?}"
+    );
+    let standing = air_s(&strict(radius_m, &[(10.0, 40.0)]));
+    assert!(
+        standing.iter().all(|it| it.1 <= 10.0 || it.0 >= 40.0),
+        "{standing:?}"
+    );
+    assert!(!standing.is_empty(), "it is in the air before");
+    let said = |plan: &Plan| {
+        let found = verify(plan).violations.into_iter();
+        let found = found.filter(|it| it.kind == ViolationKind::Malformed);
+        found.map(|it| it.to_string()).collect::<String>()
+    };
+    assert_eq!(said(&rests(radius_m)), "");
+    // In mid-air, in motion, and in no order of time: it is told, and the air counts.
+    assert!(
+        said(&rests(1.0)).contains("nothing is under it"),
+        "{}",
+        said(&rests(1.0))
+    );
+    for (landed_s, told) in [
+        (&[(9.0, 40.0)][..], "but it moves"),
+        (&[(20.0, 30.0), (12.0, 14.0)], "no span in the order"),
+        (&[(f64::NAN, 14.0)], "no span in the order"),
+        (&[(12.0, 12.0)], "no span in the order"),
+    ] {
+        let plan = strict(radius_m, landed_s);
+        assert!(said(&plan).contains(told), "{told}: {}", said(&plan));
+        assert_eq!(air_s(&plan), hovering, "{told}");
+    }
+}
+
+#[test]
 fn a_hover_below_a_hover_is_refused_at_zero_relative_velocity() {
     let stack = |below_m: f64, aside_m: f64| {
         plan(vec![

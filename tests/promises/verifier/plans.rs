@@ -40,6 +40,7 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
         at_start: AtStart::Hover,
         at_end: AtEnd::Hover,
         airborne_s: (0.0, None),
+        landed_s: Vec::new(),
         trajectory: TrajectoryEntry {
             t_s: knots.iter().map(|knot| knot.0).collect(),
             position_m: knots.iter().map(|knot| Point3::from(knot.1)).collect(),

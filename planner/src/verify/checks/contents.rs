@@ -347,6 +347,13 @@ fn flight(
         }
     }
     let mut doubts = airborne_doubts(scene, drone, &trajectory, unplanned);
+    let landed_s = match rests_doubt(scene, drone, &trajectory) {
+        None => drone.landed_s.clone(),
+        Some(wrong) => {
+            doubts.push(wrong);
+            Vec::new()
+        }
+    };
     let bare_kg = airframe.mass_kg() * (1.0 - MASS_ROUNDING);
     if drone.trajectory.mass_kg.iter().any(|&it| it < bare_kg) {
         doubts.push("it is lighter than its airframe".to_owned());
@@ -406,6 +413,7 @@ fn flight(
         index,
         name: drone.name.clone(),
         airborne_s: (airborne_from_s, until_s),
+        landed_s,
         air_limit: drone.air_limit,
         max_speed_mps: drone.airframe.max_speed_mps,
         body_radius_m: drone.airframe.body_radius_m,
@@ -427,6 +435,36 @@ fn flight(
         trajectory,
     };
     Ok((flight, doubts))
+}
+
+/// Where a drone claims to stand landed between two flights and does not.
+fn rests_doubt(scene: &Scene<'_>, drone: &DronePlan, trajectory: &Trajectory) -> Option<String> {
+    let (mut before_s, until_s) = (
+        drone.airborne_s.0,
+        drone.airborne_s.1.unwrap_or(f64::INFINITY),
+    );
+    for &(lands_s, rises_s) in &drone.landed_s {
+        let told = format!("it is said to stand landed from {lands_s:.3} s to {rises_s:.3} s");
+        let is_span = before_s <= lands_s && lands_s < rises_s && rises_s <= until_s;
+        if !(is_span && rises_s.is_finite()) {
+            return Some(format!(
+                "{told}, which is no span in the order of its flights"
+            ));
+        }
+        before_s = rises_s;
+        let stands_m = trajectory.position_m(0.5 * (lands_s + rises_s))?;
+        let moves = trajectory
+            .box_m(lands_s, rises_s)
+            .is_none_or(|(low_m, high_m)| (high_m - low_m).norm() > SAME_PLACE_M);
+        if moves {
+            return Some(format!("{told}, but it moves"));
+        }
+        let gap_m = stands_m.z - scene.obstacles.support_z_m(&stands_m);
+        if gap_m - drone.airframe.body_radius_m > LANDING_M + SAME_PLACE_M {
+            return Some(format!("{told}, but nothing is under it"));
+        }
+    }
+    None
 }
 
 /// Where a drone claims no wake although it has one.

@@ -146,5 +146,11 @@ fn beside_pads(flight: &Flight) -> Vec<Beside> {
     if let Some(pad_m) = flight.lands_m {
         low(&mut motions().rev(), pad_m, true);
     }
+    for (pad_m, &(lands_s, rises_s)) in flight.rests_m().zip(&flight.landed_s) {
+        let before = |it: &Motion| it.until_s <= lands_s + SAME_TIME_S;
+        let after = |it: &Motion| it.from_s >= rises_s - SAME_TIME_S;
+        low(&mut motions().rev().filter(before), pad_m, true);
+        low(&mut motions().filter(after), pad_m, false);
+    }
     beside
 }

@@ -66,6 +66,7 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let pads_m: Vec<Point3<f64>> = [flight.takes_off_m, flight.lands_m]
         .into_iter()
         .flatten()
+        .chain(flight.rests_m())
         .collect();
     let mut found = Vec::new();
     for solid in &scene.obstacles.solids {

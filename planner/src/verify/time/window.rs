@@ -131,6 +131,7 @@ pub(crate) fn windows<'a>(
     let up_s = receiver.airborne_s.0;
     let down_s = receiver.airborne_s.1.min(scene.horizon_s);
     let mut cuts_s: Vec<f64> = vec![up_s, down_s, receiver.trajectory.last_s(), scene.last_s];
+    cuts_s.extend(receiver.landed_s.iter().flat_map(|it| [it.0, it.1]));
     for piece in &receiver.trajectory.pieces()[receiver.trajectory.pieces_during(up_s, down_s)] {
         cuts_s.extend([piece.motion.from_s, piece.motion.until_s]);
     }
@@ -152,6 +153,9 @@ pub(crate) fn windows<'a>(
     let mut windows = Vec::with_capacity(cuts_s.len());
     for (span_s, met) in between(&cuts_s, &spans_s) {
         let middle_s = 0.5 * (span_s.0 + span_s.1);
+        if receiver.rests_at(middle_s) {
+            continue;
+        }
         let Some(piece) = receiver.trajectory.piece_index(middle_s) else {
             continue;
         };
