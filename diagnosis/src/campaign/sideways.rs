@@ -239,7 +239,7 @@ impl Turns {
     }
 }
 
-/// Leaves of the grids of those that it takes what lies around the best, that first.
+/// Of those that it takes the grid becomes the best point on it and between.
 fn chosen(steps: &Steps, candidates: &mut [Candidate]) -> Turns {
     let mut turns = Turns {
         taken: Vec::new(),

@@ -129,8 +129,7 @@ pub fn simulate(
     for (index, vehicle) in recording.vehicles.iter().enumerate() {
         let map = vehicle.thrust_map.as_ref();
         let all = std::slice::from_ref(recording);
-        // What is around it matters to identification and judgement only.
-        let trace = Trace::new(all, (0, index), Vec::new(), low_pass);
+        let trace = Trace::of_each(all, vec![(0, index)], 0.0, low_pass).pop();
         let force = trace.as_ref();
         let Some(force) = force.and_then(|trace| Force::of(recording, trace, map, low_pass)) else {
             continue;

@@ -16,10 +16,10 @@ use crate::record::track::ThrustSource;
 use crate::thrust::low_pass::{self, LowPass};
 
 /// A drone counts as flying in undisturbed air where no other drone is closer than this, measured
-/// horizontally (m), and of one above ...  Chosen here, for drones of 0.1 m.
+/// horizontally (m) ... Chosen here, for drones of 0.1 m.
 pub(crate) const BESIDE_M: f64 = 0.8;
-/// ... not closer than so many half-widths of its jet, too ... Chosen here: there the jet has less
-/// than a twentieth of its speed on the axis.
+/// ... nor than so many half-widths of its jet, where it is above ... Chosen here: there the jet has
+/// less than a twentieth of its speed on the axis.
 const BESIDE_HALF_WIDTHS: f64 = 3.0;
 /// ... unless it is lower by more than this (m). Chosen here, for the same drones.
 const BELOW_M: f64 = 0.1;
@@ -183,7 +183,7 @@ impl<'a> Trace<'a> {
     }
 
     /// `None` without specific force and what tells thrust, or a ready force.
-    pub(crate) fn new(
+    fn new(
         recordings: &'a [Recording],
         (recording, vehicle): (usize, usize),
         around: Vec<Around>,

@@ -98,7 +98,8 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
     }
     let (from_s, until_s) = entry.airborne_s;
     let times_s = t_s.iter().copied().chain([from_s]).chain(until_s);
-    let times_s = times_s.chain(entry.enters_s);
+    let rests_s = entry.landed_s.iter().flat_map(|it| [it.0, it.1]);
+    let times_s = times_s.chain(entry.enters_s).chain(rests_s);
     if let Some(time_s) = times_s.into_iter().find(|t_s| !BUSY_S.contain(*t_s)) {
         let (low, high) = (BUSY_S.low, BUSY_S.high);
         let time_s = as_typed(time_s);
