@@ -18,8 +18,8 @@ use crate::thrust::low_pass::{self, LowPass};
 /// A drone counts as flying in undisturbed air where no other drone is closer than this, measured
 /// horizontally (m) ... Chosen here, for drones of 0.1 m.
 pub(crate) const BESIDE_M: f64 = 0.8;
-/// ... nor than so many half-widths of its jet, where it is above ... Chosen here: there the jet has
-/// less than a twentieth of its speed on the axis.
+/// ... nor than so many half-widths of its jet, where it is above ... Chosen here: there the jet
+/// has less than a twentieth of its speed on the axis.
 const BESIDE_HALF_WIDTHS: f64 = 3.0;
 /// ... unless it is lower by more than this (m). Chosen here, for the same drones.
 const BELOW_M: f64 = 0.1;

@@ -775,6 +775,31 @@ fn a_drone_that_has_landed_flies_again_and_has_met_no_air_on_the_ground() {
     }
 }
 
+#[test]
+fn a_drone_on_the_ground_waits_until_another_has_passed_above() {
+    let scenario = r#"Scenario(name: "pad", bounds_m: (min: (0, 0, 0), max: (24, 10, 5)), drones: [
+        (name: "a", airframe: "kolibri", start_m: (8.5, 5.5, 1.5), at_end: Land,
+            tasks: [(to_m: (10.5, 5.5, 1.5))]),
+        (name: "b", airframe: "offboard-2", start_m: (2.5, 5.5, 3.5),
+            tasks: [(to_m: (2.5, 5.5, 3.5), dwell_s: 12), (to_m: (20.5, 5.5, 3.5))]),
+    ])"#;
+    // It comes over the pad at 17 s.
+    for at_s in [16.0, 16.5, 17.0, 17.5, 18.0] {
+        let mut service = open(scenario);
+        let retask = json!({"retask": {"drone": "a", "tasks": [{"to_m": [10.5, 2.5, 1.5]}]}});
+        let params = json!({"revision": 1, "at_s": at_s, "changes": [retask]});
+        let told = tell(&mut service, &json!({"method": "change", "params": params}));
+        let Some(Told::Patch(patch)) = told.answer.result else {
+            panic!("{at_s}: {:?}", told.answer.error);
+        };
+        assert!(patch.refused.is_empty(), "{at_s}: {:?}", patch.refused);
+        let plan = service.flown.as_ref().unwrap().running.plan();
+        assert_eq!(planner::verify(plan).violations, [], "{at_s}");
+        let arrives_s = plan.drones[0].arrives_s;
+        assert!(arrives_s < 26.0, "{at_s}: {arrives_s}");
+    }
+}
+
 /// A rack below what lands on it.
 const RACK: &str = r#"obstacles: [(name: "rack", min_m: (9.5, 3, 0), max_m: (11.5, 8, 1))],"#;
 

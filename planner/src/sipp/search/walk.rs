@@ -639,6 +639,12 @@ impl<'a> Search<'a> {
         }
         let is_met = |blocker: &Blocker| self.passes(&label, blocker);
         let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
+        // Off the ground it moves that much before it departs: who has gone by then may have been
+        // in the way of that.
+        let again = again.map(|again| match from.grounded && again <= label.departs {
+            true => again.after(self.agent.lead_ticks()),
+            false => again,
+        });
         if from.at < label.departs {
             let node = self.nodes.at(&from);
             let time = [from.at, label.departs];
