@@ -333,6 +333,10 @@ impl Running {
         // What it flies until then is settled.
         let settled = at.after(track.agent.lead_ticks());
         let stays = !track.legs[now].flying && rises.is_none_or(|leg| settled <= leg.start);
+        // It touches down that much after its path does.
+        let flew = track.legs[..now].iter().rfind(|leg| leg.flying);
+        let is_down = flew.is_none_or(|leg| leg.end.after(track.agent.lead_ticks()) <= at);
+        let stays = stays && is_down;
         stays.then(|| (track.legs[now].from_m, rises.is_some()))
     }
 
