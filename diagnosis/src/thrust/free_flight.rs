@@ -97,15 +97,15 @@ pub(crate) struct Trace<'a> {
     low_pass: LowPass,
 }
 
-/// Rows of free flight below which a drone's thrust is not held against its airframe's. Chosen
-/// here: what a least-squares fit of as many terms as a map has is asked for.
-const SCALED_ROWS: usize = 100;
+/// Free flight (s) below which a drone's thrust is not held against its airframe's. Chosen here:
+/// tens of times what the low-pass remembers.
+const SCALED_S: f64 = 5.0;
 
-/// How much more a drone's rotors give in one flight than its airframe's map says, from so many
-/// rows of free flight: sums of lift times thrust, and of thrust squared. `None`: too few rows.
-pub(crate) fn scale(rows: usize, [both, square]: [f64; 2]) -> Option<f64> {
+/// How much more a drone's rotors give in one flight than its airframe's map says, from so much
+/// free flight (s): sums of lift times thrust, and of thrust squared. `None`: too little.
+pub(crate) fn scale(free_s: f64, [both, square]: [f64; 2]) -> Option<f64> {
     let scale = both / square;
-    (rows >= SCALED_ROWS && scale.is_finite() && scale > 0.0).then_some(scale)
+    (free_s >= SCALED_S && scale.is_finite() && scale > 0.0).then_some(scale)
 }
 
 /// Thrust (N) by a map, lag and all, at every entry of a track, from what stands for its duty cycle
@@ -262,6 +262,16 @@ impl<'a> Trace<'a> {
             .map(|(row, _)| row)
     }
 
+    /// How long it flies free (s), at the rate of its track.
+    pub(crate) fn free_s(&self) -> f64 {
+        let t_s = &self.of.track.t_s;
+        let whole_s = t_s
+            .first()
+            .zip(t_s.last())
+            .map_or(0.0, |(from, until)| until - from);
+        self.free_rows().count() as f64 * whole_s / (t_s.len() as f64 - 1.0).max(1.0)
+    }
+
     /// What stands for duty cycles, and battery voltages, of [`Trace::free_rows`].
     pub(crate) fn free_duty(&self) -> impl Iterator<Item = ([f64; 4], f64)> + '_ {
         self.free_rows()
@@ -286,7 +296,7 @@ impl<'a> Trace<'a> {
             both += self.lift_n[row] * smooth_n[row];
             square += smooth_n[row] * smooth_n[row];
         }
-        if let Some(scale) = scale(self.free_rows().count(), [both, square]) {
+        if let Some(scale) = scale(self.free_s(), [both, square]) {
             thrust_n.iter_mut().for_each(|thrust_n| *thrust_n *= scale);
         }
         Some(thrust_n)

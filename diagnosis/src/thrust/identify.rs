@@ -365,10 +365,11 @@ impl<'a> Bench<'a> {
             });
         }
         let degenerate = || IdentifyError::Degenerate(terms);
-        let free_rows: Vec<usize> = members.iter().map(rows_of).collect();
+        let free_s = members.iter().map(|&member| self.traces[member].free_s());
+        let free_s: Vec<f64> = free_s.collect();
         let is_whole = self.options.base.is_none();
         let solve = |grams: &[&DMatrix<f64>]| match is_whole {
-            true => Solved::scaled(grams, &free_rows, terms),
+            true => Solved::scaled(grams, &free_s, terms),
             false => Solved::new(grams, terms),
         };
         let square_n2 = |grams: &Vec<DMatrix<f64>>| {

@@ -79,14 +79,15 @@ impl Solved {
         Some(solved)
     }
 
-    /// With a factor of its own for every trace of enough rows, which are 1 on the average:
-    /// `Σ_t |y_t - s_t Z_t b|²` is least. Gauss-Newton steps in `b`, the factors eliminated:
+    /// With a factor of its own for every trace of enough free flight (s), which are 1 on the
+    /// average: `Σ_t |y_t - s_t Z_t b|²` is least. Gauss-Newton steps in `b`, the factors
+    /// eliminated:
     ///
     /// ```text
     /// s_t = f_t·y_t / f_t·f_t,   f_t = Z_t b,     P_t = 1 - f_t f_tᵀ / f_t·f_t
     /// (Σ s_t² Z_tᵀ P_t Z_t) db = Σ s_t Z_tᵀ (y_t - s_t f_t)
     /// ```
-    pub(crate) fn scaled(grams: &[&DMatrix<f64>], rows: &[usize], terms: usize) -> Option<Solved> {
+    pub(crate) fn scaled(grams: &[&DMatrix<f64>], free_s: &[f64], terms: usize) -> Option<Solved> {
         let parts: Vec<(DMatrix<f64>, DVector<f64>)> = grams
             .iter()
             .map(|gram| {
@@ -95,11 +96,11 @@ impl Solved {
             })
             .collect();
         let factors = |newtons: &DVector<f64>| -> Vec<Option<f64>> {
-            let own = |((square, lift), rows): (&(DMatrix<f64>, DVector<f64>), &usize)| {
+            let own = |((square, lift), free_s): (&(DMatrix<f64>, DVector<f64>), &f64)| {
                 let sums = [lift.dot(newtons), newtons.dot(&(square * newtons))];
-                scale(*rows, sums)
+                scale(*free_s, sums)
             };
-            parts.iter().zip(rows).map(own).collect()
+            parts.iter().zip(free_s).map(own).collect()
         };
         let start = Solved::new(grams, terms)?.newtons;
         let mut solved = Solved {
@@ -251,7 +252,7 @@ mod tests {
         let drones = [(0.9, 0.55), (1.0, 0.5), (1.1, 0.46)].map(|(f, x)| sums(f, x));
         let all: Vec<&DMatrix<f64>> = drones.iter().collect();
         let shared = Solved::new(&all, 2).expect("told apart");
-        let scaled = Solved::scaled(&all, &[200; 3], 2).expect("told apart");
+        let scaled = Solved::scaled(&all, &[20.0; 3], 2).expect("told apart");
         let slope = |of: &Solved| of.newtons[0] + of.newtons[1];
         assert!((slope(&shared) - 5.0).abs() > 1.0, "{}", shared.newtons);
         assert!((slope(&scaled) - 5.0).abs() < 1e-3, "{}", scaled.newtons);
@@ -259,8 +260,8 @@ mod tests {
             assert!((found - is).abs() < 1e-4, "{:?}", scaled.factors);
         }
         assert!(scaled.square_n2 < 1e-6 * shared.square_n2);
-        // Of too few rows none has a factor of its own.
-        let few = Solved::scaled(&all, &[20; 3], 2).expect("told apart");
+        // In too little flight none has a factor of its own.
+        let few = Solved::scaled(&all, &[2.0; 3], 2).expect("told apart");
         assert!(
             (&few.newtons - &shared.newtons).norm() < 1e-6,
             "{}",
