@@ -339,7 +339,7 @@ fn find(
             sources.push(Source::folder(entry));
         } else if entry.is_file() && !is_of(&entry, &logs) {
             sources.extend(Source::log(entry));
-        } else if entry.is_dir() && holds_recordings(&entry)? {
+        } else if entry.is_dir() && holds_recordings(&entry) {
             passed.push(entry);
         }
     }
@@ -370,10 +370,10 @@ fn holds_tables(folder: &Path) -> bool {
     files.any(|file| folder.join(file).is_file())
 }
 
-/// Whether a folder in one that is named holds recordings itself.
-fn holds_recordings(folder: &Path) -> Result<bool, LoadError> {
+/// Whether a folder in one that is named holds recordings itself, as far as it can be read.
+fn holds_recordings(folder: &Path) -> bool {
     let is_one = |it: PathBuf| holds_tables(&it) || (it.is_file() && Source::log(it).is_some());
-    Ok(entries(folder)?.into_iter().any(is_one))
+    entries(folder).is_ok_and(|all| all.into_iter().any(is_one))
 }
 
 /// What is in a folder, sorted.

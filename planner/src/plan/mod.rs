@@ -412,8 +412,8 @@ pub struct DronePlan {
     #[serde(default = "file::airborne_not_said")]
     #[schemars(transform = file::without_default)]
     pub airborne_s: (f64, Option<f64>),
-    /// When it stands landed between two flights, its wake off: from, until (s), in order, each of
-    /// them within `airborne_s`.
+    /// When it stands landed between two flights: from, until (s), in order, each of them within
+    /// `airborne_s`. No air is too much for it then; its wake is counted on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub landed_s: Vec<(f64, f64)>,
     /// Where it is when.

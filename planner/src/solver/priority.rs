@@ -57,7 +57,7 @@ pub(crate) const MOST_SMALL: usize = 30;
 /// Sum of costs over its lower bound from which a small fleet is planned in other orders and on
 /// finer cells, too. Chosen here: windows and shafts that are shared over time stay below.
 const SLOW_RATIO: f64 = 1.4;
-/// The same from which a fleet that steps together is told so. Chosen here.
+/// The same from which it is told that a fleet was planned by PIBT. Chosen here.
 const TOLD_RATIO: f64 = 3.0;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
@@ -317,27 +317,28 @@ impl FleetProblem<'_> {
     }
 }
 
-/// Whether a small fleet's sum of costs is so far above its lower bound that another order, or
-/// finer cells, may well do better.
-pub(crate) fn is_slow(job: &Job, paths: &Paths) -> bool {
+/// The sum of costs of those that have a path over its lower bound.
+fn slowness(job: &Job, paths: &Paths) -> f64 {
     let planned = job.agents.iter().zip(&paths.paths);
     let planned = planned.filter(|(_, path)| path.is_some());
     let alone: u64 = planned.map(|(agent, _)| u64::from(agent.alone_ticks)).sum();
-    job.agents.len() <= MOST_SMALL && score(paths).1 as f64 > SLOW_RATIO * alone as f64
+    score(paths).1 as f64 / alone.max(1) as f64
 }
 
-/// What to tell of a fleet that takes far longer than its drones alone because all of them step at
-/// the same moments.
+/// Whether a small fleet's sum of costs is so far above its lower bound that another order, or
+/// finer cells, may well do better.
+pub(crate) fn is_slow(job: &Job, paths: &Paths) -> bool {
+    job.agents.len() <= MOST_SMALL && slowness(job, paths) > SLOW_RATIO
+}
+
+/// What to tell of a fleet that takes far longer than its drones alone, planned by PIBT.
 pub(crate) fn note_of_steps(
     planning: &Planning,
     job: &Job,
     paths: &Paths,
     effort: &Effort,
 ) -> Option<String> {
-    let planned = job.agents.iter().zip(&paths.paths);
-    let planned = planned.filter(|(_, path)| path.is_some());
-    let alone: u64 = planned.map(|(agent, _)| u64::from(agent.alone_ticks)).sum();
-    let ratio = score(paths).1 as f64 / alone.max(1) as f64;
+    let ratio = slowness(job, paths);
     let is_told = effort.rounds > 0 && ratio > TOLD_RATIO && planning.margins.time_s > 0.0;
     let smooth = match planning.motion {
         PathMotion::Smooth => ", or `motion: Straight`,",

@@ -95,10 +95,19 @@ fn a_drone_that_stands_landed_between_flights_meets_no_air_and_has_to_stand() {
         (&[(20.0, 30.0), (12.0, 14.0)], "no span in the order"),
         (&[(f64::NAN, 14.0)], "no span in the order"),
         (&[(12.0, 12.0)], "no span in the order"),
+        // Before it comes: what follows counts all the same.
+        (&[(2.0, 3.0), (10.0, 40.0)], "but it is not there"),
     ] {
-        let plan = strict(radius_m, landed_s);
+        let mut plan = strict(radius_m, landed_s);
+        let mut counted = hovering.clone();
+        if told == "but it is not there" {
+            let comes = &mut plan.drones[1];
+            comes.enters_s = Some(5.0);
+            comes.trajectory.t_s[0] = 5.0;
+            counted[0].0 = 5.0;
+        }
         assert!(said(&plan).contains(told), "{told}: {}", said(&plan));
-        assert_eq!(air_s(&plan), hovering, "{told}");
+        assert_eq!(air_s(&plan), counted, "{told}");
     }
 }
 

@@ -452,7 +452,9 @@ fn rests_doubt(scene: &Scene<'_>, drone: &DronePlan, trajectory: &Trajectory) ->
             ));
         }
         before_s = rises_s;
-        let stands_m = trajectory.position_m(0.5 * (lands_s + rises_s))?;
+        let Some(stands_m) = trajectory.position_m(0.5 * (lands_s + rises_s)) else {
+            return Some(format!("{told}, but it is not there"));
+        };
         let moves = trajectory
             .box_m(lands_s, rises_s)
             .is_none_or(|(low_m, high_m)| (high_m - low_m).norm() > SAME_PLACE_M);
