@@ -82,8 +82,20 @@ pub(crate) fn helps(applied: &Applied) -> bool {
     all.is_some_and(|all| all.rms_after[1] < all.rms_before)
 }
 
-/// What it does to them.
-pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingFile) {
+/// Of those that are judged, by the names of all, the names of recordings that it was found in.
+fn fitted<'a>(names: &[&'a str], applied: &Applied, finding: &FindingFile) -> Vec<&'a str> {
+    let judged = applied.plain.iter().map(|(of, _)| names[*of]);
+    let is_known = |name: &&str| finding.recordings.iter().any(|known| known == name);
+    judged.filter(is_known).collect()
+}
+
+/// What it does to recordings of these names.
+pub(crate) fn section(
+    report: &mut Report,
+    recordings: &[&str],
+    applied: &Applied,
+    finding: &FindingFile,
+) {
     let names = &finding.names;
     let what = match names.is_empty() {
         true => "The finding names nothing: after is as before.".to_owned(),
@@ -94,7 +106,14 @@ pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingF
             "{name} began at {t_s:.0} s of the recording that it was found in, which no other recording's clock tells: it is applied from the first second on."
         ))
     });
-    let how = "Nothing is fitted to these recordings. Offset: of each drone or probe and recording the median of recorded minus simulated is taken off, before and after each its own. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six; none of a single block.";
+    let known = fitted(recordings, applied, finding);
+    let again = (!known.is_empty()).then(|| {
+        let names = joined(known, ", ");
+        Part::Line(format!(
+            "The finding was found in {names}, or in another recording of that name: that it predicts it is no test."
+        ))
+    });
+    let how = "Nothing is fitted here. Offset: of each drone or probe and recording the median of recorded minus simulated is taken off, before and after each its own. Intervals: 95 %, bootstrap over whole recordings, or over blocks of time where there are fewer than six; none of a single block.";
     let table = |rows: &[Compared]| {
         let headings = "where | offset | rows | recordings | rms before | after (95 %) | R2 before | after (95 %) | gained (95 %)";
         let rows = rows.iter().map(|row| cells(row, applied.channel));
@@ -102,6 +121,7 @@ pub(crate) fn section(report: &mut Report, applied: &Applied, finding: &FindingF
     };
     let mut parts = vec![Part::Line(what)];
     parts.extend(begun);
+    parts.extend(again);
     parts.extend([
         Part::line(how),
         table(&applied.all),
@@ -153,16 +173,21 @@ pub(crate) fn figures(name: &str, recordings: &[Recording], applied: &Applied) -
 }
 
 /// `967 values of 1 recording (1 Kolibri), to which nothing was fitted`.
-pub(crate) fn lead(recordings: &[Recording], applied: &Applied) -> String {
+pub(crate) fn lead(recordings: &[Recording], applied: &Applied, finding: &FindingFile) -> String {
     let rows = applied.all.first().map_or(0, |all| all.rows);
+    let names: Vec<&str> = recordings.iter().map(|one| &*one.name).collect();
     let judged = applied.plain.iter().map(|(of, _)| &recordings[*of]);
     let vehicles = judged.flat_map(|one| &one.vehicles);
     let kinds = tally(vehicles.map(|vehicle| vehicle.airframe.name()));
     let kinds = kinds
         .iter()
         .map(|(name, number)| format!("{number} {name}"));
+    let to_others = match fitted(&names, applied, finding).is_empty() {
+        true => ", to which nothing was fitted",
+        false => "",
+    };
     format!(
-        "{} of {} ({}), to which nothing was fitted",
+        "{} of {} ({}){to_others}",
         count(rows, "value", "values"),
         count(applied.plain.len(), "recording", "recordings"),
         joined(kinds, ", ")

@@ -254,8 +254,9 @@ fn judge(
         true => format!("{name}: the finding predicts these recordings better"),
         false => format!("{name}: the finding does not predict these recordings better"),
     };
-    let mut report = Report::new(title, applied::lead(recordings, &applied));
-    applied::section(&mut report, &applied, finding);
+    let mut report = Report::new(title, applied::lead(recordings, &applied, finding));
+    let names: Vec<&str> = recordings.iter().map(|one| &*one.name).collect();
+    applied::section(&mut report, &names, &applied, finding);
     let figures = applied::figures(name, recordings, &applied).into_iter();
     report.section(
         "Residuals before and after",

@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut report = words::report(&name, &all, &printed, figures);
     if let (Some(judged), Some(finding)) = (&printed.applied, &finding) {
-        applied::section(&mut report, judged, finding);
+        applied::section(&mut report, &printed.recordings, judged, finding);
         let more = more_figures.into_iter().map(Part::Figure);
         report.section("Residuals before and after", more.collect());
     }

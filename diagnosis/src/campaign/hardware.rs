@@ -40,7 +40,7 @@ const LEAST_ROWS: usize = 100;
 /// p-value below which a flight is not normal. Chosen here: one normal flight in twenty is accused.
 /// With a handful of normal flights to compare with, less asks for changes of more than five of
 /// their standard deviations.
-const LEAST_P: f64 = 0.05;
+pub const LEAST_P: f64 = 0.05;
 /// p-value below which what an answer leaves is no scatter, and the answer none. As of
 /// [`LEAST_P`]: one answer in twenty that is right is refused.
 const LEAST_FIT_P: f64 = LEAST_P;

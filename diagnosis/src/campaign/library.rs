@@ -3,6 +3,7 @@
 use airflow::effects::{GroundImpingement, ProfileTail};
 
 use super::forces::Forces;
+use super::scatter::heaviest_n;
 use crate::infer::candidates::{
     BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG,
     OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, lag_factor, lean, merging,
@@ -20,6 +21,9 @@ const NOT_IN_FORCES: [&str; 8] = [
     "entrainment_radial",
     "near_field",
 ];
+
+/// Weight of the drones whose forces the ranges of [`OF_THE_FORCE`] are made for (N): 34 g.
+const CRAZYFLIE_N: f64 = 0.334;
 
 /// Candidates for the forces of a campaign, physics first. With `alone` there is no wake, and the
 /// other drone's wake is one of them; what changes a jet changes nothing then until the wake is
@@ -42,6 +46,14 @@ pub(super) fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     candidates.extend(shown(OF_THE_RECEIVER, &shows));
     candidates.extend([OWN_MOTION, BODY_DRAG].map(|trial| trial.candidate(&shows)));
     candidates.extend(OF_THE_FORCE.iter().map(|fault| fault.candidate(&shows)));
+    // An amount that is far off for a Crazyflie is little of a drone of half a kilogram.
+    let over = (heaviest_n(forces) / CRAZYFLIE_N).max(1.0);
+    let amounts = [OFFSET.name, DRIFT.name];
+    let amounts = candidates.iter_mut().filter(|c| amounts.contains(&c.name));
+    for parameter in amounts.flat_map(|candidate| &mut candidate.parameters) {
+        parameter.low *= over;
+        parameter.high *= over;
+    }
     // Where the wake itself is a candidate, its strength is its own parameter.
     let is_its_own = |name: &str| alone && name == "momentum_scale";
     let tails = candidates.iter_mut().filter(|c| c.name == "profile_tail");

@@ -56,14 +56,18 @@ impl Scatter {
     }
 }
 
-/// [`MOST_OFFSET_OF_WEIGHT`] (N).
-fn most_offset_n(forces: &Forces) -> f64 {
+/// Weight of the heaviest drone (N).
+pub(super) fn heaviest_n(forces: &Forces) -> f64 {
     let weight_n = |part: &VehicleFlight| {
         let of = &forces.recordings[part.recording];
         of.vehicles[part.vehicle].airframe.mass_kg() * of.environment.gravity_mps2
     };
-    let heaviest_n = forces.parts.iter().map(weight_n).fold(0.0, f64::max);
-    (MOST_OFFSET_OF_WEIGHT * heaviest_n).max(LEAST_OFFSET_N)
+    forces.parts.iter().map(weight_n).fold(0.0, f64::max)
+}
+
+/// [`MOST_OFFSET_OF_WEIGHT`] (N).
+fn most_offset_n(forces: &Forces) -> f64 {
+    (MOST_OFFSET_OF_WEIGHT * heaviest_n(forces)).max(LEAST_OFFSET_N)
 }
 
 /// The scatter around a simulation, which is given at every moment of every part; steps are

@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{Point3, Vector3};
 
 use crate::forward::flow::{Flow, Sighting, View};
+use crate::forward::hypothesis::Sensor;
 use crate::record::recording::{Measures, ProbeSample, Probes};
 
 /// Steps of the low-pass in the latest time constant. Chosen here: the air is taken as linear
@@ -72,18 +73,18 @@ impl Looked {
     /// Looks around from all moments that some rows ask for.
     #[must_use]
     pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Looked {
-        let declared = Seen::of(flow, Course::new(probes, rows, 0.0), true);
+        let declared = Seen::of(flow, Course::new(probes, rows, Late::default()), true);
         Looked {
             declared: Arc::new(declared),
             supposed: Mutex::default(),
         }
     }
 
-    /// The same by another flow through a probe that lags; without sightings where these depend on
-    /// more than a view, or are too many to be kept.
-    fn by(&self, flow: &Flow, (probes, rows): (&Probes, &[usize]), lag_s: f64) -> Arc<Seen> {
+    /// The same by another flow through a probe that is late; without sightings where these depend
+    /// on more than a view, or are too many to be kept.
+    fn by(&self, flow: &Flow, (probes, rows): (&Probes, &[usize]), late: Late) -> Arc<Seen> {
         let view = flow.view();
-        let is_it = |seen: &&Arc<Seen>| seen.course.taus_s[1] == lag_s && seen.view == view;
+        let is_it = |seen: &&Arc<Seen>| seen.course.late == late && seen.view == view;
         if is_it(&&self.declared) {
             return self.declared.clone();
         }
@@ -92,7 +93,7 @@ impl Looked {
         if !leans && let Some(seen) = supposed().iter().find(is_it) {
             return seen.clone();
         }
-        let course = Course::new(probes, rows, lag_s);
+        let course = Course::new(probes, rows, late);
         if leans || course.moments.len() * view.emitters() > MOST_SIGHTINGS {
             return Arc::new(Seen::unseen(course));
         }
@@ -147,18 +148,22 @@ impl Seen {
 }
 
 /// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time, with
-/// what was `looked` for from them, of a probe that is so much slower (s) than its maker says,
-/// before what else is wrong with it; `None` where some drone's place is not known.
+/// what was `looked` for from them, with the lag and the clock of an instrument, before what else is
+/// wrong with it; `None` where some drone's place is not known.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,
     (probes, rows, looked): (&Probes, &[usize], Option<&Looked>),
-    lag_s: f64,
+    sensor: &Sensor,
 ) -> Vec<Option<f64>> {
     let measures = probes.instrument.measures;
+    let late = Late {
+        lag_s: sensor.lag_s,
+        place_ahead_s: flow.place_ahead_s(sensor.clock_s),
+    };
     let seen = match looked {
-        Some(looked) => looked.by(flow, (probes, rows), lag_s),
-        None => Arc::new(Seen::unseen(Course::new(probes, rows, lag_s))),
+        Some(looked) => looked.by(flow, (probes, rows), late),
+        None => Arc::new(Seen::unseen(Course::new(probes, rows, late))),
     };
     let course = &seen.course;
     let steady = |index: usize| {
@@ -209,9 +214,19 @@ struct Held {
 /// Time constants after which a low-pass has forgotten: e^-8 is 0.0003.
 const MEMORY: f64 = 8.0;
 
+/// How late a probe reads, beside what its maker says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Late {
+    /// How much slower it is (s).
+    lag_s: f64,
+    /// How much later it is where it reads what it does (s).
+    place_ahead_s: f64,
+}
+
 /// The moments at which readings through the low-passes ask for the air.
 #[derive(Clone, Debug)]
 struct Course {
+    late: Late,
     /// As declared, and what comes on top.
     taus_s: [f64; 2],
     /// In the order of time.
@@ -278,16 +293,20 @@ impl Course {
     ///
     /// What air of an age `a` weighs in a reading falls as e^(-a/τ), and what a step of length `h`
     /// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
-    ///
-    /// `lag_s`: how much slower (s) they are than declared.
-    fn new(probes: &Probes, rows: &[usize], lag_s: f64) -> Course {
+    fn new(probes: &Probes, rows: &[usize], late: Late) -> Course {
         let mut course = Course {
-            taus_s: [probes.instrument.lowpass_tau_s, lag_s],
+            late,
+            taus_s: [probes.instrument.lowpass_tau_s, late.lag_s],
             moments: Vec::with_capacity(rows.len()),
             ends: Vec::with_capacity(rows.len()),
         };
         let mut before: Option<ProbeSample> = None;
-        for sample in rows.iter().map(|&row| probes.samples[row]) {
+        let places_m = probes.places_m(rows, late.place_ahead_s);
+        for (&row, position_m) in rows.iter().zip(places_m) {
+            let sample = ProbeSample {
+                position_m,
+                ..probes.samples[row]
+            };
             match before.filter(|_| !course.is_prompt()) {
                 Some(from) => course.add(&from, &sample),
                 None => course.moments.push(Moment {

@@ -33,6 +33,8 @@ pub struct Flow<'a> {
     places_m: Vec<Arc<[Point3<f64>]>>,
     /// When the first drone's track begins (s).
     began_s: f64,
+    /// Whether its drones hover all the time.
+    hovers: bool,
 }
 
 /// A vehicle with a wake.
@@ -121,6 +123,25 @@ pub struct Wakes {
     of: Vec<Vec<Option<usize>>>,
     /// By recording and vehicle: where it was at each entry of its track (m).
     places_m: Vec<Vec<Arc<[Point3<f64>]>>>,
+    /// By recording: whether its drones hover all the time.
+    hovers: Vec<bool>,
+}
+
+/// How far (m) a drone that hovers all the time may be from its mean place, but for this part of
+/// the time. Chosen here: the half-width of a jet some 2.5 m down, which changes with less by less
+/// than its own half.
+const HOVERS_WITHIN_M: f64 = 0.2;
+const BUT_FOR: f64 = 0.02;
+
+/// Whether a drone hovers in one place all the time.
+fn hovers(vehicle: &Vehicle) -> bool {
+    let places_m = &vehicle.track.position_m;
+    let entries = places_m.len() as f64;
+    let mean_m = places_m.iter().map(|at| at.coords).sum::<Vector3<f64>>() / entries;
+    let away = places_m
+        .iter()
+        .filter(|at| (at.coords - mean_m).norm() > HOVERS_WITHIN_M);
+    away.count() as f64 <= BUT_FOR * entries
 }
 
 impl Wakes {
@@ -141,6 +162,8 @@ impl Wakes {
         let mut made: Vec<(Wake, &Recording)> = Vec::new();
         let mut of = Vec::with_capacity(recordings.len());
         let mut places_m: Vec<Vec<Arc<[Point3<f64>]>>> = Vec::with_capacity(recordings.len());
+        let emits = |vehicle: &&Vehicle| vehicle.role != Role::Receiver;
+        let all_hover = |it: &Recording| it.vehicles.iter().filter(emits).all(hovers);
         for recording in recordings {
             let mut of_vehicle = |vehicle: &Vehicle| {
                 let same = |(wake, known): &(Wake, &Recording)| {
@@ -165,6 +188,7 @@ impl Wakes {
             made: made.into_iter().map(|(wake, _)| wake).collect(),
             of,
             places_m,
+            hovers: recordings.iter().map(all_hover).collect(),
         }
     }
 
@@ -189,6 +213,7 @@ impl Wakes {
             made: made.collect(),
             of: self.of.clone(),
             places_m: self.places_m.clone(),
+            hovers: self.hovers.clone(),
         }
     }
 }
@@ -264,6 +289,7 @@ impl<'a> Flow<'a> {
             convection: transport.map_or(declared, |transport| transport.convection()),
             axial_only: false,
             places_m: wakes.places_m[at].clone(),
+            hovers: wakes.hovers[at],
         }
     }
 
@@ -271,6 +297,14 @@ impl<'a> Flow<'a> {
     #[must_use]
     pub fn recording(&self) -> &'a Recording {
         self.recording
+    }
+
+    /// How far (s) a clock that is off by `clock_s` moves the place of a probe along its way, too:
+    /// below drones that hover their own clock shows nowhere, so that it is the readings' against
+    /// that of all places. Below drones that move, a probe's place is by its own clock.
+    #[must_use]
+    pub fn place_ahead_s(&self, clock_s: f64) -> f64 {
+        if self.hovers { clock_s } else { 0.0 }
     }
 
     /// Where a vehicle was at each entry of its track (m).

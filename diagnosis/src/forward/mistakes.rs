@@ -316,16 +316,32 @@ fn thinned(recording: &Recording) -> Option<Recording> {
 
 /// Readings in the air of drones where their places are known, with their clock ahead by so much.
 fn pairs(flow: &Flow, recording: &Recording, clock_s: f64) -> Vec<Pair> {
-    let samples = recording.probes.iter().flat_map(|probes| &probes.samples);
-    let pair = |sample: &ProbeSample| {
+    let Some(probes) = &recording.probes else {
+        return Vec::new();
+    };
+    let mut rows: Vec<usize> = (0..probes.samples.len()).collect();
+    rows.sort_by(|&a, &b| {
+        let [a, b] = [a, b].map(|row| &probes.samples[row]);
+        (a.probe_id.cmp(&b.probe_id)).then(a.t_s.total_cmp(&b.t_s))
+    });
+    let mut places_m = vec![Point3::origin(); rows.len()];
+    let later_s = flow.place_ahead_s(clock_s);
+    for of_probe in rows.chunk_by(|&a, &b| probes.samples[a].probe_id == probes.samples[b].probe_id)
+    {
+        let moved_m = probes.places_m(of_probe, later_s);
+        let each = of_probe.iter().zip(moved_m);
+        each.for_each(|(&row, at_m)| places_m[row] = at_m);
+    }
+    let pair = |(sample, place_m): (&ProbeSample, &Point3<f64>)| {
         let t_s = sample.t_s + clock_s;
-        let air_mps = flow.velocity_mps(t_s, sample.position_m, None)?;
+        let air_mps = flow.velocity_mps(t_s, *place_m, None)?;
         Some(Pair {
             t_s: sample.t_s,
             read_mps: sample.speed_mps,
             made_mps: air_mps.norm().hypot(flow.ambient_mps(t_s)),
         })
     };
+    let samples = probes.samples.iter().zip(&places_m);
     samples.filter_map(pair).collect()
 }
 

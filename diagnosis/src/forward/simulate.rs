@@ -170,7 +170,7 @@ impl Series {
         match (self.channel, &flow.recording().probes) {
             (Channel::Speed, Some(probes)) => {
                 let rows = (probes, self.rows.as_slice(), self.looked.as_deref());
-                anemometer::readings_mps(flow, rows, sensor.lag_s)
+                anemometer::readings_mps(flow, rows, sensor)
             }
             (Channel::Throttle | Channel::Power, _) => {
                 let is_power = self.channel == Channel::Power;

@@ -52,7 +52,7 @@ impl Cause {
         Cause {
             effect: "payload_mass",
             values: vec![mass_factor, since_s, until_s],
-            half_widths: vec![NINETY_FIVE * error, within_s],
+            half_widths: vec![NINETY_FIVE * error, within_s, within_s],
             alternative: None,
         }
     }

@@ -492,10 +492,14 @@ fn from_actuation(cause: &Cause, is_confirmed: bool) -> Effect {
         (symbol.to_owned(), estimate)
     });
     let parameters: BTreeMap<String, Estimate> = estimates.collect();
-    let equation = match parameters.len() {
-        1 => spec.equation.trim_end_matches(" from t0 on"),
-        _ => spec.equation,
+    let always = spec.equation.trim_end_matches(" from t0 on");
+    let span = match ["t0", "t1"].map(|of| parameters.contains_key(of)) {
+        [false, false] => "",
+        [true, false] => " from t0 on",
+        [false, true] => " until t1",
+        [true, true] => " from t0 to t1",
     };
+    let equation = format!("{always}{span}");
     Effect {
         name: spec.name.into(),
         kind: Some(Kind::Physics),
@@ -504,7 +508,7 @@ fn from_actuation(cause: &Cause, is_confirmed: bool) -> Effect {
             .iter()
             .map(|of| (*of).to_owned())
             .collect(),
-        equation: equation.into(),
+        equation,
         description: match is_confirmed {
             true => format!("{}: throttle and power say so", spec.description),
             false => format!("{}: throttle says so", spec.description),
@@ -514,10 +518,16 @@ fn from_actuation(cause: &Cause, is_confirmed: bool) -> Effect {
     }
 }
 
-/// A receiver's readings that are too large or too small by a factor or an amount, where its own
+/// What makes a receiver's readings too large or too small by a factor or an amount, where its own
 /// throttle and power say that it is heavier or lighter.
 fn or_a_load(effect: &mut Effect) {
-    if matches!(effect.name.as_str(), "sensor_gain" | "sensor_offset") {
+    let scales = [
+        "sensor_gain",
+        "sensor_offset",
+        "receiver_inflow",
+        "momentum_scale",
+    ];
+    if scales.contains(&effect.name.as_str()) {
         effect.alternatives.push("payload_mass".to_owned());
     }
 }

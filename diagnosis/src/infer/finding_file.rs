@@ -115,6 +115,8 @@ pub struct FindingFile {
     pub correction: Hypothesis,
     /// Their names.
     pub names: Vec<String>,
+    /// Names of the recordings that it was found in.
+    pub recordings: Vec<String>,
     /// Those that began part-way through the recording that they were found in, each with when (s).
     /// Another recording's clock knows nothing of that: they are applied from its beginning on.
     pub begun: Vec<(String, f64)>,
@@ -126,6 +128,8 @@ pub struct FindingFile {
 #[derive(Deserialize)]
 #[serde(rename = "Finding")]
 struct Applied {
+    #[serde(default)]
+    recordings: Vec<String>,
     #[serde(default)]
     effects: Effects,
     #[serde(default)]
@@ -141,6 +145,7 @@ struct Applied {
 pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
     let options = Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
     let Applied {
+        recordings,
         mut effects,
         sensor,
         named,
@@ -165,6 +170,7 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         },
         is_alone: wake.is_some(),
         begun,
+        recordings,
         names: named.into_iter().map(|effect| effect.name).collect(),
     })
 }

@@ -183,6 +183,37 @@ pub struct Probes {
     pub samples: Vec<ProbeSample>,
 }
 
+impl Probes {
+    /// Where one probe, whose readings `rows` are in the order of time, is so much later (s) than
+    /// each of them: linear from one reading to the next, and where it was at the first and the
+    /// last before and after them.
+    #[must_use]
+    pub fn places_m(&self, rows: &[usize], later_s: f64) -> Vec<Point3<f64>> {
+        let sample = |at: usize| &self.samples[rows[at]];
+        let place_m = |of: &usize| {
+            let t_s = self.samples[*of].t_s + later_s;
+            let after = rows.partition_point(|&row| self.samples[row].t_s <= t_s);
+            let Some(before) = after.checked_sub(1) else {
+                return sample(after).position_m;
+            };
+            let from = sample(before);
+            if after == rows.len() {
+                return from.position_m;
+            }
+            let (to, since_s) = (sample(after), t_s - from.t_s);
+            let share = since_s / (to.t_s - from.t_s);
+            from.position_m + (to.position_m - from.position_m) * share
+        };
+        match later_s {
+            0.0 => rows
+                .iter()
+                .map(|&row| self.samples[row].position_m)
+                .collect(),
+            _ => rows.iter().map(place_m).collect(),
+        }
+    }
+}
+
 /// What an anemometer does to the air's speed, and how well its maker promises to know it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instrument {

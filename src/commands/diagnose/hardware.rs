@@ -1,7 +1,8 @@
 //! Flights of one kind of drone against its normal flights: has a weight or a propeller changed?
 
 use diagnosis::campaign::hardware::{
-    Change, Effort, Hardware, HardwareRow, LEAST_NORMAL, SessionRow, StatedFlight, hardware,
+    Change, Effort, Hardware, HardwareRow, LEAST_NORMAL, LEAST_P, SessionRow, StatedFlight,
+    hardware,
 };
 use diagnosis::infer::noticed::{RemarkOf, Remarked, noticed};
 use diagnosis::record::recording::Recording;
@@ -113,9 +114,12 @@ fn report(hardware: &Hardware) -> Report {
         String::new(),
     );
     let headings = "flight | M1 | M2 | M3 | M4 | over | p-value | what has changed";
-    let below = "M1 to M4: voltage of each motor over that of as many normal flights of the same drone and session; p-value: of a normal flight that far out";
+    let below = format!(
+        "M1 to M4: voltage of each motor over that of as many normal flights of the same drone and session; p-value: of a normal flight that far out. Below {LEAST_P} a flight counts as changed: one normal flight in {:.0} does.",
+        1.0 / LEAST_P
+    );
     let table = Part::table("lrrrrrrl", headings, rows.iter().map(row));
-    let mut parts = vec![table, Part::line(below)];
+    let mut parts = vec![table, Part::Line(below)];
     let few: Vec<String> = (hardware.sessions.iter())
         .filter(|it| it.has_few())
         .map(|it| format!("{} of {}", it.normal_flights, called(it)))

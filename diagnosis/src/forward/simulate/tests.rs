@@ -340,3 +340,29 @@ fn a_slow_probe_begins_from_what_it_reads_and_lags_behind_its_declared_low_pass(
         }
     }
 }
+
+#[test]
+fn below_a_drone_that_hovers_a_late_clock_moves_a_probe_and_below_one_that_flies_the_drone() {
+    // The probe passes below at 0.2 m/s; its readings are of half a second later.
+    let samples: Vec<ProbeSample> = (0..40)
+        .map(|i| probe(5.0 + 0.1 * f64::from(i), 0.02 * f64::from(i) - 0.4, 1.0))
+        .collect();
+    let late = Hypothesis {
+        sensor: Sensor {
+            clock_s: 0.5,
+            ..Sensor::default()
+        },
+        ..Hypothesis::default()
+    };
+    // Where it then is, and where the drone then is from it.
+    for (speed_mps, later_m) in [(0.0, 0.1), (0.4, -0.2)] {
+        let recording = recording(vec![above(3.0, speed_mps)], samples.clone(), 0.0);
+        let observed = Observed::of(&recording, None).expect("probes");
+        let read = observed.predict(&late);
+        for (row, at) in samples.iter().enumerate().take(34) {
+            let beside_m = at.position_m.x - speed_mps * at.t_s + later_m;
+            let expected_mps = axial_mps(2.0, beside_m).hypot(AMBIENT_MPS);
+            assert!((read[row] - expected_mps).abs() < 1e-9, "{speed_mps} {row}");
+        }
+    }
+}

@@ -142,6 +142,7 @@ const SCALE: &str = "the weight of the drone on a scale, and its throttle and po
 pub(super) const ONE_AXIS: &str =
     "the same places with a probe of one axis, held down the jet and across it";
 const LEVEL: &str = "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn";
+const PLACES: &str = "the probe's place once more, and the same hover twice as far above it and turned by half a turn: at one depth a probe that is written down aside reads as below a jet that leans";
 pub(super) const MOTORS_OFF: &str =
     "a minute with the motors off before take-off and one after landing, the probe running";
 pub(super) const THERE_AND_BACK: &str = "a pass through the jet and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
@@ -167,7 +168,7 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
             &[-0.03, 0.03],
         ],
     )
-    .settled_by(LEVEL),
+    .settled_by(PLACES),
     Trial::new("rotor_cant", &[0.05], &[&[1.1], &[0.9]]),
     Trial::new("wander", &[0.05], &[&[0.2], &[-0.1]])
         .closure_error(0.1)

@@ -81,7 +81,7 @@ pub(crate) const GAIN: Fault = Fault {
     aliases: &[],
     equation: "y -> (1 + g) y",
     description: "the sensor reads too much or too little by one factor",
-    parameters: &[Parameter::new("g", "1", [-0.6, 0.9], 0.07)],
+    parameters: &[Parameter::new("g", "1", [-0.9, 0.9], 0.07)],
     starts: &[0.08],
     is_over_fastest: false,
     is_over_hours: false,

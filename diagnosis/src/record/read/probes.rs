@@ -42,6 +42,10 @@ pub(super) fn probes(
     let wanted = ["t_s", "probe_id", "x_m", "y_m", "z_m", "speed_mps"];
     let columns = table.columns(&wanted, &[], found)?;
     let rows = table.read(&columns, columns.get(1).copied(), found);
+    let instrument = &Instrument {
+        rate_hz: instrument.rate_hz / rows.stride as f64,
+        ..instrument.clone()
+    };
     let mut samples = Vec::with_capacity(rows.lines.len());
     let mut are_numbered = true;
     for (row, &line) in rows.lines.iter().enumerate() {

@@ -33,6 +33,8 @@ pub(super) struct Rows {
     pub(super) named: Vec<usize>,
     /// The different names, in the order in which they first appear.
     pub(super) names: Vec<String>,
+    /// Of how many rows of a name one is kept.
+    pub(super) stride: usize,
 }
 
 /// Bytes with every line ended by one `\n`, the last one too: the csv crate counts the `\n` of a
@@ -224,6 +226,7 @@ impl<'b> Table<'b> {
                 stride *= 2;
             }
         }
+        rows.stride = stride;
         if stride > 1 {
             let message = format!(
                 "{}: one row in {stride} of each vehicle or probe is kept",
