@@ -80,7 +80,7 @@ impl FlownEntry {
             trajectory: TrajectoryEntry::default(),
             ..it.clone()
         };
-        if whole(mine) != whole(theirs) {
+        if self.is_unplanned != other.is_unplanned || whole(mine) != whole(theirs) {
             return f64::NEG_INFINITY;
         }
         let [one, two] = [&mine.trajectory, &theirs.trajectory];
@@ -110,8 +110,9 @@ impl FlownEntry {
 pub(super) enum Still {
     /// All that was found of it.
     True(Arc<Judgement>),
-    /// That it breaks nothing outside of these spans, in order of time (s).
-    During(Vec<Span>),
+    /// That it breaks nothing outside of these spans, in order of time (s); where it is `another`
+    /// in the last of them, what it breaks by itself is not known at all.
+    During { spans_s: Vec<Span>, another: bool },
     /// Nothing is known.
     Unknown,
 }
@@ -143,10 +144,10 @@ impl Judgements {
         let of_other_s = |name: &str| by_name.get(name).copied().unwrap_or(f64::NEG_INFINITY);
         let with_changed = encounters_of(scene, apart_s, &|k| differs_s[k] < f64::INFINITY);
         let still = |k: usize| {
-            let known = known(k).filter(|_| differs_s[k] == f64::INFINITY);
-            let Some(known) = known else {
+            let Some(known) = known(k).filter(|_| differs_s[k] > f64::NEG_INFINITY) else {
                 return Still::Unknown;
             };
+            let another = differs_s[k] < f64::INFINITY;
             // A clock may be ahead. Encounters that another flight has anew end after it differs:
             // those kept stay all there are.
             let is_over = |differs_s: f64, until_s: f64| until_s + apart_s < differs_s;
@@ -154,20 +155,25 @@ impl Judgements {
             let was = before.all(|(other, until_s)| is_over(of_other_s(other), *until_s));
             let now = with_changed[k].iter();
             let mut spans_s: Vec<Span> = now
+                .filter(|it| differs_s[it.other] < f64::INFINITY)
                 .filter(|it| !is_over(differs_s[it.other], it.span_s.1))
                 .map(|it| it.span_s)
                 .collect();
-            if was && spans_s.is_empty() {
+            if was && spans_s.is_empty() && !another {
                 return Still::True(Arc::clone(&known.judgement));
             }
             // Less air and fewer bodies break nothing.
             if !known.judgement.found.is_empty() {
                 return Still::Unknown;
             }
+            if another {
+                spans_s.push((differs_s[k] - apart_s, f64::INFINITY));
+            }
             spans_s.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mut joined = Vec::new();
             spans_s.into_iter().for_each(|it| join(&mut joined, it));
-            Still::During(joined)
+            let spans_s = joined;
+            Still::During { spans_s, another }
         };
         let still: Vec<Still> = (0..flights.len()).map(still).collect();
         let near = encounters_of(scene, apart_s, &|k| !matches!(still[k], Still::True(_)));

@@ -229,8 +229,13 @@ fn by_itself(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     found
 }
 
-/// The same of a flight that broke nothing before, and is what it was, as are those near it outside
-/// of these spans; `None`: it breaks something now.
+/// Whether a flight breaks something that needs no other.
+fn breaks_alone(scene: &Scene<'_>, k: usize) -> bool {
+    !by_itself(scene, &scene.flights[k]).is_empty()
+}
+
+/// What a flight breaks among others, which broke nothing before, and is what it was, as are those
+/// near it, outside of these spans; `None`: it breaks something now.
 fn judgement_during(
     scene: &Scene<'_>,
     near: &[Encounter],
@@ -324,7 +329,8 @@ fn report(
             let mut met = DroneExposure::default();
             let during = match still {
                 Still::True(known) => return (known, met),
-                Still::During(spans_s) => judgement_during(scene, near, k, &spans_s),
+                Still::During { another, .. } if another && breaks_alone(scene, k) => None,
+                Still::During { spans_s, .. } => judgement_during(scene, near, k, &spans_s),
                 Still::Unknown => None,
             };
             let judged =

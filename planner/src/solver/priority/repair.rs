@@ -23,6 +23,11 @@ use crate::solver::prepare::Job;
 /// so that those who are asked rather wait for a while.
 const UNASKED_WEIGHT: u32 = 2_000;
 
+/// A drone evicted more often keeps what it flew. Chosen here, on halls of 500 drones of which ten
+/// change each second: two that find no way but through each other take turns until one gives up,
+/// and as many turns as a whole fleet gets take a quarter more states.
+const MOST_CHANGED_EVICTIONS: u32 = 6;
+
 /// What is given when a few are planned anew.
 pub(crate) struct Affected<'a> {
     /// Who is planned, wherever they are in the costmap.
@@ -68,6 +73,7 @@ impl<'a> Repair<'a> {
                 attempt.legs[index].clone_from(kept);
             }
         }
+        attempt.most_evictions = MOST_CHANGED_EVICTIONS;
         attempt.under_way = affected.under_way;
         attempt.kept = affected.kept;
         let mut queue: Vec<DroneId> = group.to_vec();
