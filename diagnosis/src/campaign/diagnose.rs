@@ -16,7 +16,9 @@ use crate::infer::diagnose::{NEARLY_ALL, departing, detectable, effects, ranked}
 use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
 use crate::infer::noticed::RemarkOf;
-use crate::infer::outside::{Remains, global_test, is_beyond_doubt, is_sure, outside, standing};
+use crate::infer::outside::{
+    Remains, global_test, is_beyond_doubt, is_steady, is_sure, outside, standing,
+};
 use crate::infer::select::{Tried, flexible, singles};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
@@ -247,7 +249,8 @@ pub fn diagnose_campaign(
     };
     let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS, is_no_worse);
     let test = global_test(&setting, &chosen.selection.nothing.fit);
-    if !test.is_significant && !is_beyond_doubt(&chosen.selection.chosen.gain) {
+    let gain = &chosen.selection.chosen.gain;
+    if !test.is_significant && !is_beyond_doubt(gain) && !is_steady(gain) {
         chosen.withdraw();
     }
     let best = &chosen.selection.chosen;

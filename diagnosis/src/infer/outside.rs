@@ -35,6 +35,10 @@ const LEAST_GAIN: f64 = 10.0;
 /// Chosen here.
 const BEYOND_DOUBT: f64 = 40.0;
 const BEYOND_DOUBT_ERRORS: f64 = 4.0;
+/// How many standard errors a smaller gain must be for that, from flight to flight: one in some ten
+/// thousand of Student's t of six flights. An amount that all flights share is what the global test
+/// leaves to their offsets, however large.
+const STEADY_ERRORS: f64 = 10.0;
 /// Mean square of whitened readings that the noise's own estimate allows: that of 79 simulated
 /// recordings without an effect (seed 31) is 0.90 to 1.21, and 1.31 where there are 212 readings.
 const MISREAD: f64 = 1.25;
@@ -121,6 +125,11 @@ pub struct Remains {
 /// Whether a held-out gain needs no global test.
 pub(crate) fn is_beyond_doubt(gain: &Gain) -> bool {
     gain.total > BEYOND_DOUBT.max(BEYOND_DOUBT_ERRORS * gain.standard_error)
+}
+
+/// Whether a held-out gain that every flight has alike needs no global test.
+pub(crate) fn is_steady(gain: &Gain) -> bool {
+    gain.total > LEAST_GAIN.max(STEADY_ERRORS * gain.standard_error)
 }
 
 /// The global lack-of-fit test of what the instrument's tolerance alone (`nothing`) leaves: against
@@ -534,6 +543,14 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_every_flight_gains_alike_stands_and_what_one_gains_does_not() {
+        assert!(is_steady(&Gain::new(vec![4.0, 4.1, 3.9, 4.2, 4.0, 3.8])));
+        assert!(!is_steady(&Gain::new(vec![0.1, 0.2, 23.0, 0.1, 0.3, 0.2])));
+        // However alike: a term that gains so little is none.
+        assert!(!is_steady(&Gain::new(vec![1.5; 6])));
+    }
 
     #[test]
     fn where_one_block_has_most_of_the_squares_the_log_density_tells_unless_a_law_is_named() {

@@ -205,12 +205,14 @@ fn place(finding: &Finding) -> Vec<Part> {
             vec![match is_unquiet(finding) {
                 false => Part::line(nowhere),
                 true => Part::Line(format!(
-                    "Nowhere that repeats: errors are {:.1} times the noise floor, {}, and nothing predicts them on blocks that were not fitted.",
+                    "Nowhere that repeats: errors are {:.1} times the noise floor{}, and nothing predicts them on {} that were not fitted.",
                     finding.held_out.rms_after / finding.held_out.noise_floor,
-                    match finding.errors_follow {
-                        true => "in stretches longer than neighbouring readings tell",
-                        false => "for single readings lie far from all others",
-                    }
+                    match (finding.channel, finding.errors_follow) {
+                        (Channel::VerticalForce, _) => "",
+                        (_, true) => ", in stretches longer than neighbouring readings tell",
+                        (_, false) => ", for single readings lie far from all others",
+                    },
+                    parts_of(finding.channel)
                 )),
             }]
         }
