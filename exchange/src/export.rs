@@ -423,8 +423,8 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
     })
 }
 
-/// The drone that is there for the longest, where all are there for longer than can be written, or
-/// compared with the plan.
+/// The drone that takes longest, where all together take longer than can be written, or compared
+/// with the plan.
 fn too_long(to: Target, courses: &[Course], options: &Options) -> Option<Refusal> {
     let (rate_hz, most, what, help) = match to {
         Target::Setpoints => (
@@ -439,17 +439,36 @@ fn too_long(to: Target, courses: &[Course], options: &Options) -> Option<Refusal
         }
         _ => (deviation::RATE_HZ, MOST_COMPARED, "places to compare", ""),
     };
-    let lasts_s = |it: &Course| it.until_s() - it.enters_s.unwrap_or(0.0);
+    let last = (courses.iter()).max_by(|a, b| a.until_s().total_cmp(&b.until_s()))?;
+    let end_s = last.until_s();
+    // Rows begin at time 0; what does not leave is in the scenes to the end.
+    let lasts_s = |it: &Course| match to {
+        Target::Setpoints => it.until_s(),
+        Target::Mcap if !it.leaves => end_s - it.enters_s.unwrap_or(0.0),
+        _ => it.until_s() - it.enters_s.unwrap_or(0.0),
+    };
     let all_s: f64 = courses.iter().map(lasts_s).sum();
-    let count = all_s * rate_hz;
-    let longest = (courses.iter()).max_by(|a, b| lasts_s(a).total_cmp(&lasts_s(b)))?;
-    (count > most as f64).then(|| Refusal {
-        drone: longest.name.clone(),
-        what: format!(
-            "it is there for {:.0} s, all drones together for {all_s:.0} s: {count:.0} {what} at {rate_hz} a second, at most {most} are borne{help}",
+    let (count, scenes) = (all_s * rate_hz, end_s * rate_hz);
+    let longest = (courses.iter()).max_by(|a, b| {
+        let as_long = lasts_s(a).total_cmp(&lasts_s(b));
+        as_long.then(a.until_s().total_cmp(&b.until_s()))
+    })?;
+    let (drone, what) = if count > most as f64 {
+        let what = format!(
+            "it takes {:.0} s, all drones together {all_s:.0} s: {count:.0} {what} at {rate_hz} a second, at most {most} are borne{help}",
             lasts_s(longest)
-        ),
-    })
+        );
+        (longest, what)
+    } else if to == Target::Mcap && scenes > most as f64 {
+        let what = format!(
+            "it ends at {end_s:.0} s: {scenes:.0} scenes at {rate_hz} a second, at most {most} are borne"
+        );
+        (last, what)
+    } else {
+        return None;
+    };
+    let drone = drone.name.clone();
+    Some(Refusal { drone, what })
 }
 
 /// The files of formats with times, read and measured.
