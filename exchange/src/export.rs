@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 use planner::Plan;
-use planner::plan::{Obstacle, Solid, TrajectoryEntry};
+use planner::plan::{DronePlan, Obstacle, Solid, TrajectoryEntry};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -31,6 +31,9 @@ const MOST_SCENE_DRONES: u64 = 1_000_000;
 /// Moments at which files are compared with their plan, of all drones together: chosen here, some
 /// seconds of work.
 const MOST_COMPARED: u64 = 50_000_000;
+/// Those moments, each with every line of its drone's mission: chosen here, as long, and a thousand
+/// drones that fly for four minutes along a hundred lines.
+const MOST_ALONG: usize = 500_000_000;
 
 /// Setpoints a second: chosen here, from what holds a straight path to what a log takes.
 pub const RATES_HZ: RangeInclusive<f64> = 2.0..=1000.0;
@@ -499,7 +502,7 @@ fn timed(
     Ok(deviation::of(pairs))
 }
 
-/// Missions, read and measured along their lines.
+/// Missions, read and measured along their lines, unless that would take too long.
 fn missions(plan: &Plan, files: &[Vec<File>], at: &Georeference) -> Result<Deviation, ExportError> {
     let mut read = Vec::new();
     for (drone, files) in plan.drones.iter().zip(files) {
@@ -512,6 +515,22 @@ fn missions(plan: &Plan, files: &[Vec<File>], at: &Georeference) -> Result<Devia
             let start_m = drone.trajectory.position_m.first().copied();
             read.push((drone, start_m.into_iter().chain(line).collect::<Vec<_>>()));
         }
+    }
+    let count = |it: &(&DronePlan, Vec<_>)| [deviation::moments(it.0), it.1.len()];
+    let work = |it: &_| count(it).into_iter().product::<usize>();
+    if read.iter().map(work).sum::<usize>() > MOST_ALONG {
+        let most = read.iter().max_by_key(|it| work(it));
+        let refusal = |it: &(&DronePlan, Vec<_>)| Refusal {
+            drone: it.0.name.clone(),
+            what: format!(
+                "{} moments to compare with {} places of its mission each, of all drones at most {MOST_ALONG} such pairs are borne",
+                count(it)[0],
+                count(it)[1]
+            ),
+        };
+        return Err(ExportError::Refused(
+            most.map(refusal).into_iter().collect(),
+        ));
     }
     let pairs = read.iter().map(|(drone, line)| (*drone, &line[..]));
     Ok(deviation::along(pairs))

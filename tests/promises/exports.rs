@@ -474,6 +474,23 @@ fn what_would_be_written_before_a_drone_enters_counts_too() {
     }
 }
 
+/// Forty lines, then a rest of ten days: every twentieth of a second of it against every line.
+#[test]
+fn a_mission_that_would_be_compared_for_minutes_is_refused() {
+    let at = |k: usize| [2.0 + 0.5 * k as f64, 3.0 + (k % 2) as f64, 2.0];
+    let times = (0..=40).chain([900_000]);
+    let places: Vec<_> = (0..=40).chain([40]).map(at).collect();
+    let rests = json!({"t_s": times.collect::<Vec<_>>(), "position_m": places});
+    let desk = desk(&fleet(&[("rests", rests)]));
+    let line = "export plan.json --to qgc --georeference 47,8,400,90 --untimed-ok --out o";
+    let (code, _, errors) = run(desk.path(), line);
+    assert_eq!(code, Some(1), "{errors}");
+    assert!(
+        errors.contains("`rests`: 18000001 moments to compare"),
+        "{errors}"
+    );
+}
+
 #[test]
 fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
     let mut together = plan();
