@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use planner::Plan;
 use planner::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S};
-use planner::plan::{AtEnd, AtStart, DronePlan};
+use planner::plan::{AtEnd, AtStart, DronePlan, MotionState};
 
 /// A motion over a span of time, its parameter linear in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +115,44 @@ impl Course {
     pub fn until_s(&self) -> f64 {
         self.pieces.last().map_or(0.0, |it| it.until_s)
     }
+
+    /// At a time (s): at rest after its end; between two pieces, as it goes on.
+    #[must_use]
+    pub fn state(&self, t_s: f64) -> MotionState {
+        let after = self.pieces.partition_point(|it| it.from_s <= t_s);
+        let piece = &self.pieces[after.saturating_sub(1)];
+        if t_s >= piece.until_s {
+            return MotionState {
+                position_m: piece.points_m[3],
+                velocity_mps: Vector3::zeros(),
+                acceleration_mps2: Vector3::zeros(),
+            };
+        }
+        let u = (t_s - piece.from_s) / piece.duration_s();
+        let per_s = 1.0 / piece.duration_s();
+        let [a, b, c, d] = piece.points_m;
+        let steps = [b - a, c - b, d - c];
+        let turns = [steps[1] - steps[0], steps[2] - steps[1]];
+        let along = |from: Vector3<f64>, to: Vector3<f64>| from + (to - from) * u;
+        let (early, late) = (along(steps[0], steps[1]), along(steps[1], steps[2]));
+        let between = |a: Point3<f64>, b: Point3<f64>| a + (b - a) * u;
+        let (ab, bc, cd) = (between(a, b), between(b, c), between(c, d));
+        let place_m = between(between(ab, bc), between(bc, cd));
+        MotionState {
+            position_m: match piece.is_straight {
+                true => a + (d - a) * u,
+                false => place_m,
+            },
+            velocity_mps: match piece.is_straight {
+                true => (d - a) * per_s,
+                false => along(early, late) * (3.0 * per_s),
+            },
+            acceleration_mps2: match piece.is_straight {
+                true => Vector3::zeros(),
+                false => along(turns[0], turns[1]) * (6.0 * per_s * per_s),
+            },
+        }
+    }
 }
 
 /// Why a drone has no course.
@@ -218,56 +256,5 @@ pub fn of_all(plan: &Plan) -> Result<Vec<Course>, Vec<(String, CourseError)>> {
         Ok(courses)
     } else {
         Err(wrong)
-    }
-}
-
-/// Where a course is and how it moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
-    /// m.
-    pub position_m: Point3<f64>,
-    /// m/s.
-    pub velocity_mps: Vector3<f64>,
-    /// m/s².
-    pub acceleration_mps2: Vector3<f64>,
-}
-
-impl Course {
-    /// At a time (s): at rest after its end; between two pieces, as it goes on.
-    #[must_use]
-    pub fn state(&self, t_s: f64) -> State {
-        let after = self.pieces.partition_point(|it| it.from_s <= t_s);
-        let piece = &self.pieces[after.saturating_sub(1)];
-        if t_s >= piece.until_s {
-            return State {
-                position_m: piece.points_m[3],
-                velocity_mps: Vector3::zeros(),
-                acceleration_mps2: Vector3::zeros(),
-            };
-        }
-        let u = (t_s - piece.from_s) / piece.duration_s();
-        let per_s = 1.0 / piece.duration_s();
-        let [a, b, c, d] = piece.points_m;
-        let steps = [b - a, c - b, d - c];
-        let turns = [steps[1] - steps[0], steps[2] - steps[1]];
-        let along = |from: Vector3<f64>, to: Vector3<f64>| from + (to - from) * u;
-        let (early, late) = (along(steps[0], steps[1]), along(steps[1], steps[2]));
-        let between = |a: Point3<f64>, b: Point3<f64>| a + (b - a) * u;
-        let (ab, bc, cd) = (between(a, b), between(b, c), between(c, d));
-        let place_m = between(between(ab, bc), between(bc, cd));
-        State {
-            position_m: match piece.is_straight {
-                true => a + (d - a) * u,
-                false => place_m,
-            },
-            velocity_mps: match piece.is_straight {
-                true => (d - a) * per_s,
-                false => along(early, late) * (3.0 * per_s),
-            },
-            acceleration_mps2: match piece.is_straight {
-                true => Vector3::zeros(),
-                false => along(turns[0], turns[1]) * (6.0 * per_s * per_s),
-            },
-        }
     }
 }

@@ -56,10 +56,10 @@ pub fn along<'a>(pairs: impl Iterator<Item = (&'a DronePlan, &'a [Point3<f64>])>
         // The least of the largest distances so far, if this place lies along that part.
         let mut least_m: Vec<f64> = vec![0.0; parts.len()];
         for t_s in moments_s(drone) {
+            let at_m = drone.trajectory.position_m(t_s);
             let mut before_m = f64::INFINITY;
             for (part, so_far_m) in parts.iter().zip(&mut least_m) {
                 before_m = before_m.min(*so_far_m);
-                let at_m = drone.trajectory.position_m(t_s);
                 let off_m = at_m.map_or(f64::INFINITY, |at_m| distance_m(at_m, *part));
                 *so_far_m = before_m.max(off_m);
             }
@@ -73,13 +73,22 @@ pub fn along<'a>(pairs: impl Iterator<Item = (&'a DronePlan, &'a [Point3<f64>])>
 /// Every twentieth of a second while a drone is there (s).
 fn moments_s(drone: &DronePlan) -> impl Iterator<Item = f64> {
     let from_s = drone.enters_s.unwrap_or(0.0);
-    let until_s = drone.trajectory.t_s.last().copied().unwrap_or(0.0);
-    let steps = ((until_s - from_s) * RATE_HZ).ceil().max(0.0) as u64;
-    (0..=steps).map(move |k| (from_s + k as f64 / RATE_HZ).min(until_s))
+    let until_s = ends_s(drone);
+    (0..moments(drone)).map(move |k| (from_s + k as f64 / RATE_HZ).min(until_s))
+}
+
+/// How many they are.
+pub(crate) fn moments(drone: &DronePlan) -> usize {
+    let lasts_s = ends_s(drone) - drone.enters_s.unwrap_or(0.0);
+    1 + (lasts_s * RATE_HZ).ceil().max(0.0) as usize
+}
+
+fn ends_s(drone: &DronePlan) -> f64 {
+    drone.trajectory.t_s.last().copied().unwrap_or(0.0)
 }
 
 /// Of a place from what lies between two others (m).
-fn distance_m(at_m: Point3<f64>, [a, b]: [Point3<f64>; 2]) -> f64 {
+pub(crate) fn distance_m(at_m: Point3<f64>, [a, b]: [Point3<f64>; 2]) -> f64 {
     let along = b - a;
     let length_m2 = along.dot(&along);
     let share = match length_m2 > 0.0 {

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 use planner::Plan;
-use planner::plan::{Obstacle, Solid, TrajectoryEntry};
+use planner::plan::{DronePlan, Obstacle, Solid, TrajectoryEntry};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -31,6 +31,9 @@ const MOST_SCENE_DRONES: u64 = 1_000_000;
 /// Moments at which files are compared with their plan, of all drones together: chosen here, some
 /// seconds of work.
 const MOST_COMPARED: u64 = 50_000_000;
+/// Those moments, each with every line of its drone's mission: chosen here, as long, and a thousand
+/// drones that fly for four minutes along a hundred lines.
+const MOST_ALONG: usize = 500_000_000;
 
 /// Setpoints a second: chosen here, from what holds a straight path to what a log takes.
 pub const RATES_HZ: RangeInclusive<f64> = 2.0..=1000.0;
@@ -423,8 +426,8 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
     })
 }
 
-/// The drone that is there for the longest, where all are there for longer than can be written, or
-/// compared with the plan.
+/// The drone that takes longest, where all together take longer than can be written, or compared
+/// with the plan.
 fn too_long(to: Target, courses: &[Course], options: &Options) -> Option<Refusal> {
     let (rate_hz, most, what, help) = match to {
         Target::Setpoints => (
@@ -439,17 +442,36 @@ fn too_long(to: Target, courses: &[Course], options: &Options) -> Option<Refusal
         }
         _ => (deviation::RATE_HZ, MOST_COMPARED, "places to compare", ""),
     };
-    let lasts_s = |it: &Course| it.until_s() - it.enters_s.unwrap_or(0.0);
+    let last = (courses.iter()).max_by(|a, b| a.until_s().total_cmp(&b.until_s()))?;
+    let end_s = last.until_s();
+    // Rows begin at time 0; what does not leave is in the scenes to the end.
+    let lasts_s = |it: &Course| match to {
+        Target::Setpoints => it.until_s(),
+        Target::Mcap if !it.leaves => end_s - it.enters_s.unwrap_or(0.0),
+        _ => it.until_s() - it.enters_s.unwrap_or(0.0),
+    };
     let all_s: f64 = courses.iter().map(lasts_s).sum();
-    let count = all_s * rate_hz;
-    let longest = (courses.iter()).max_by(|a, b| lasts_s(a).total_cmp(&lasts_s(b)))?;
-    (count > most as f64).then(|| Refusal {
-        drone: longest.name.clone(),
-        what: format!(
-            "it is there for {:.0} s, all drones together for {all_s:.0} s: {count:.0} {what} at {rate_hz} a second, at most {most} are borne{help}",
+    let (count, scenes) = (all_s * rate_hz, end_s * rate_hz);
+    let longest = (courses.iter()).max_by(|a, b| {
+        let as_long = lasts_s(a).total_cmp(&lasts_s(b));
+        as_long.then(a.until_s().total_cmp(&b.until_s()))
+    })?;
+    let (drone, what) = if count > most as f64 {
+        let what = format!(
+            "it takes {:.0} s, all drones together {all_s:.0} s: {count:.0} {what} at {rate_hz} a second, at most {most} are borne{help}",
             lasts_s(longest)
-        ),
-    })
+        );
+        (longest, what)
+    } else if to == Target::Mcap && scenes > most as f64 {
+        let what = format!(
+            "it ends at {end_s:.0} s: {scenes:.0} scenes at {rate_hz} a second, at most {most} are borne"
+        );
+        (last, what)
+    } else {
+        return None;
+    };
+    let drone = drone.name.clone();
+    Some(Refusal { drone, what })
 }
 
 /// The files of formats with times, read and measured.
@@ -480,7 +502,7 @@ fn timed(
     Ok(deviation::of(pairs))
 }
 
-/// Missions, read and measured along their lines.
+/// Missions, read and measured along their lines, unless that would take too long.
 fn missions(plan: &Plan, files: &[Vec<File>], at: &Georeference) -> Result<Deviation, ExportError> {
     let mut read = Vec::new();
     for (drone, files) in plan.drones.iter().zip(files) {
@@ -493,6 +515,22 @@ fn missions(plan: &Plan, files: &[Vec<File>], at: &Georeference) -> Result<Devia
             let start_m = drone.trajectory.position_m.first().copied();
             read.push((drone, start_m.into_iter().chain(line).collect::<Vec<_>>()));
         }
+    }
+    let count = |it: &(&DronePlan, Vec<_>)| [deviation::moments(it.0), it.1.len()];
+    let work = |it: &_| count(it).into_iter().product::<usize>();
+    if read.iter().map(work).sum::<usize>() > MOST_ALONG {
+        let most = read.iter().max_by_key(|it| work(it));
+        let refusal = |it: &(&DronePlan, Vec<_>)| Refusal {
+            drone: it.0.name.clone(),
+            what: format!(
+                "{} moments to compare with {} places of its mission each, of all drones at most {MOST_ALONG} such pairs are borne",
+                count(it)[0],
+                count(it)[1]
+            ),
+        };
+        return Err(ExportError::Refused(
+            most.map(refusal).into_iter().collect(),
+        ));
     }
     let pairs = read.iter().map(|(drone, line)| (*drone, &line[..]));
     Ok(deviation::along(pairs))

@@ -6,6 +6,8 @@
 //! that go on as they were within that are one. Rows of a table that follow a curve at a rate are
 //! cubics through some of them, within [`ROWS_WITHIN_M`] of the straight pieces from row to row.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::Point3;
 use planner::plan::{Origin, TrajectoryEntry};
 use planner::scenario::Intended;
@@ -157,6 +159,9 @@ struct Exported {
     #[serde(default)]
     axes: Option<AxesRead>,
     drones: Vec<DroneNamed>,
+    /// Whose each file is: the first in `drones` that names it.
+    #[serde(skip)]
+    of_file: BTreeMap<String, usize>,
 }
 
 /// The axes of its setpoints.
@@ -171,15 +176,20 @@ pub const MANIFEST: &str = "export.json";
 
 impl Exported {
     fn of(text: &str) -> Result<Exported, ReadError> {
-        serde_json::from_str(text).map_err(|error| {
+        let mut exported: Exported = serde_json::from_str(text).map_err(|error| {
             let what = format!("it does not say what the files beside it count from: {error}");
             ReadError::line(error.line() as u64, what)
-        })
+        })?;
+        for (k, file) in (exported.drones.iter().enumerate())
+            .flat_map(|(k, drone)| drone.files.iter().map(move |file| (k, file)))
+        {
+            exported.of_file.entry(file.clone()).or_insert(k);
+        }
+        Ok(exported)
     }
 
     fn drone(&self, file: &str) -> Option<&DroneNamed> {
-        let is_of = |it: &&DroneNamed| it.files.iter().any(|name| name == file);
-        self.drones.iter().find(is_of)
+        Some(&self.drones[*self.of_file.get(file)?])
     }
 
     /// Whether setpoints count from each drone's own start.
@@ -198,7 +208,8 @@ impl Exported {
             let of_kind = drone.files.iter().filter(|it| ending(it) == kind);
             of_kind.map(|file| (&drone.name, file))
         });
-        let missing = named.filter(|(_, file)| !files.iter().any(|it| it.name == **file));
+        let there: BTreeSet<&str> = files.iter().map(|it| &it.name[..]).collect();
+        let missing = named.filter(|(_, file)| !there.contains(&file[..]));
         let told = missing.map(|(drone, file)| {
             let what = format!("its file {file} is not there");
             ReadError::within(&format!("drone `{drone}`"), what)
@@ -240,6 +251,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
     let mut nearness = Nearness::default();
     let mut homes = Homes::default();
     let mut originals: Vec<Original> = Vec::new();
+    let mut names: BTreeSet<String> = BTreeSet::new();
     for file in files {
         let read = Kind::of(file).map_err(|error| vec![error]);
         let read = read.and_then(|kind| Ok((kind, read_file(kind, file, manifest.as_ref())?)));
@@ -262,7 +274,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
                 lights,
                 home_m,
             } = performer;
-            if show.drones.iter().any(|it| it.name == name) {
+            if !names.insert(name.clone()) {
                 let what = format!("a second drone `{name}`");
                 errors.push(ShowError::of(
                     &file.name,

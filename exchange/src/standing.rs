@@ -24,12 +24,7 @@ fn standing(drone: &DronePlan) -> Option<DronePlan> {
         drone.at_end = AtEnd::Land;
     }
     if enters_s.is_some() {
-        path.t_s.insert(0, 0.0);
-        path.position_m.insert(0, path.position_m[0]);
-        path.mass_kg.insert(0, path.mass_kg[0]);
-        if !path.control_m.is_empty() {
-            path.control_m.insert(0, Vec::new());
-        }
+        path.hold_from_0();
         drone.enters_s = None;
         let never_flies = until_s == Some(from_s);
         if never_flies || drone.at_start == AtStart::Hover {

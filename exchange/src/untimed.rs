@@ -36,13 +36,8 @@ fn late(drone: &DronePlan, by_s: f64) -> DronePlan {
     let mut drone = drone.clone();
     let path = &mut drone.trajectory;
     path.t_s.iter_mut().for_each(|it| *it += by_s);
-    if drone.enters_s.is_none() && !path.t_s.is_empty() {
-        path.t_s.insert(0, 0.0);
-        path.position_m.insert(0, path.position_m[0]);
-        path.mass_kg.insert(0, path.mass_kg[0]);
-        if !path.control_m.is_empty() {
-            path.control_m.insert(0, Vec::new());
-        }
+    if drone.enters_s.is_none() {
+        path.hold_from_0();
     }
     drone.enters_s = drone.enters_s.map(|it| it + by_s);
     let (from_s, until_s) = drone.airborne_s;

@@ -28,8 +28,7 @@ pub struct Charge {
 /// Of every drone of a plan whose airframe can be, in the plan's order.
 #[must_use]
 pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
-    let last_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
-    let ends_s = plan.drones.iter().filter_map(last_s).fold(0.0, f64::max);
+    let ends_s = plan.ends_s();
     let flown = plan.flown();
     let charge = |drone: &DronePlan| {
         let airframe = drone.airframe.airframe().ok()?;

@@ -51,7 +51,7 @@ const STEPS_S: RangeInclusive<f64> = 0.001..=1.0;
 pub enum FeedForward {
     /// Nothing.
     None,
-    /// The paper's: the value at its centre, of wakes that follow their drones at once.
+    /// The paper's: the value at its centre, of quasi-static wakes.
     Paper,
     /// The mean over its rotor discs, of advected wakes.
     Late,

@@ -9,6 +9,7 @@ use airflow::CONVECTION_FACTORS;
 use airflow::effects::WakeLean;
 use nalgebra::{Point3, Vector3};
 use planner::Plan;
+use planner::verify::PAD_M;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -47,8 +48,6 @@ const MOST_THRUST: f64 = 4.0;
 const FLOOR_M: f64 = 0.02;
 /// Gaps between bodies are told up to this (m): chosen here.
 const CONTACT_M: f64 = 2.0;
-/// Obstacles below a drone are none within this of its pad (m), as the verifier has it.
-const PAD_M: f64 = 0.5;
 /// Drones times seconds that are flown at most: chosen here, some 400 MiB of what is kept of them.
 const MOST_DRONE_SECONDS: f64 = 3e5;
 /// Drones in one cell of floor at most: chosen here; a million pairs a step take tens of seconds.

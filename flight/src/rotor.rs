@@ -65,9 +65,7 @@ impl Rotor {
             }
         }
     }
-}
 
-impl Rotor {
     /// Factor on the speed that holds the thrust of still air in air from above over the induced
     /// velocity at that thrust: the inverse of [`Rotor::thrust_and_power`].
     #[must_use]

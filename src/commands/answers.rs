@@ -60,22 +60,20 @@ impl Wanted {
         json: (&str, usize, &'static str),
         answer: &T,
     ) -> Result<(), Failure> {
-        let (files, text) = write(folder, json, answer, [Vec::new(), page::files(report)])?;
-        print(&match self.format {
-            Format::Text => report.text() + &wrote(&files),
-            Format::Json => text,
-        })
+        let shown = Some(self.format);
+        deliver(folder, (report, shown), json, answer, Vec::new())
     }
 }
 
-/// Writes an answer as JSON with texts before it and after it; gives the files, and the JSON with
-/// them in it.
-pub(super) fn write<T: Serialize>(
+/// Writes some texts, an answer as JSON and its report to a folder; prints it as it is to be shown,
+/// if it is.
+pub(super) fn deliver<T: Serialize>(
     folder: &OutFolder,
+    (report, shown): (&Report, Option<Format>),
     (file, levels, format): (&str, usize, &'static str),
     answer: &T,
-    [mut texts, after]: [Vec<(String, String)>; 2],
-) -> Result<(Vec<PathBuf>, String), Failure> {
+    mut texts: Vec<(String, String)>,
+) -> Result<(), Failure> {
     let json = |files: &[PathBuf]| {
         let printed = Printed {
             format,
@@ -85,8 +83,11 @@ pub(super) fn write<T: Serialize>(
         files::json_down_to(&printed, levels)
     };
     texts.push((file.to_owned(), json(&[])));
-    texts.extend(after);
+    texts.extend(page::files(report));
     let files = files::write_below(&folder.path, texts)?;
-    let text = json(&files);
-    Ok((files, text))
+    match shown {
+        Some(Format::Text) => print(&(report.text() + &wrote(&files))),
+        Some(Format::Json) => print(&json(&files)),
+        None => Ok(()),
+    }
 }

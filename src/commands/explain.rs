@@ -233,8 +233,8 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
     let beside_s = (saved_s - (until_s - from_s)).max(0.0);
     let (from_s, until_s) = ((from_s - beside_s).max(0.0), until_s + beside_s);
     let earlier = |t_s: f64| earlier_s(t_s, (from_s, until_s), saved_s, stop.held_s);
-    let mut hurried = plan.clone();
-    let drone = &mut hurried.drones[k];
+    let mut without_wait = plan.clone();
+    let drone = &mut without_wait.drones[k];
     drone
         .trajectory
         .t_s
@@ -257,7 +257,7 @@ fn otherwise(plan: &Plan, k: usize, stop: &Stop) -> Vec<Violation> {
             |old: &&Violation| old.kind == it.kind && old.drone == it.drone && old.with == it.with;
         !now.iter().any(|old| same(&old))
     };
-    let then = planner::verify(&hurried).violations.into_iter();
+    let then = planner::verify(&without_wait).violations.into_iter();
     then.filter(|it| concerns(it) && is_new(it)).collect()
 }
 

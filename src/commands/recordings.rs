@@ -10,12 +10,10 @@ use loader::recordings::{self, Meta, ReadAll};
 use serde::Serialize;
 
 use super::answers;
-use crate::io::answer::{Format, print};
+use crate::io::answer::Format;
 use crate::io::failure::Failure;
 use crate::io::files::OutFolder;
-use crate::report::page;
 use crate::report::sections::Report;
-use crate::report::words::wrote;
 
 /// A campaign file that is named, or none.
 pub(crate) fn meta(file: Option<&Path>) -> Meta<'_> {
@@ -141,14 +139,7 @@ impl Asked {
         texts: Vec<(String, String)>,
     ) -> Result<(), Failure> {
         let folder = self.folder(name, json.0)?;
-        let texts = [texts, page::files(report)];
-        let (files, text) = answers::write(&folder, json, answer, texts)?;
-        if self.is_silent {
-            return Ok(());
-        }
-        print(&match self.format {
-            Format::Text => report.text() + &wrote(&files),
-            Format::Json => text,
-        })
+        let shown = (!self.is_silent).then_some(self.format);
+        answers::deliver(&folder, (report, shown), json, answer, texts)
     }
 }

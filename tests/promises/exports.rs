@@ -441,16 +441,54 @@ fn what_no_memory_holds_is_refused_before_it_is_written() {
         let line = format!("export plan.json --to {format} --out o");
         let (code, _, errors) = run(desk.path(), &line);
         assert_eq!(code, Some(1), "{errors}");
-        assert!(
-            errors.contains("`days`: it is there for 17000000 s"),
-            "{errors}"
-        );
+        assert!(errors.contains("`days`: it takes 17000000 s"), "{errors}");
         assert!(
             errors.contains(said) && !errors.contains("`brief`"),
             "{errors}"
         );
     }
     assert!(!desk.path().join("o").exists());
+}
+
+/// Ten seconds of flight after three days: rows and scenes begin at time 0.
+#[test]
+fn what_would_be_written_before_a_drone_enters_counts_too() {
+    let late = json!({"t_s": [250_000, 250_010], "position_m": [[2, 9, 2], [5, 9, 2]]});
+    let mut plan = fleet(&[("brief", zigzag(3, 2.0)), ("late", late)]);
+    plan["drones"][0]["at_end"] = "leave".into();
+    plan["drones"][1]["enters_s"] = 250_000.into();
+    let desk = desk(&plan);
+    for (format, said) in [
+        (
+            "setpoints",
+            "`late`: it takes 250010 s, all drones together 250013 s",
+        ),
+        (
+            "mcap",
+            "`late`: it ends at 250010 s: 2500100 scenes at 10 a second",
+        ),
+    ] {
+        let line = format!("export plan.json --to {format} --out o");
+        let (code, _, errors) = run(desk.path(), &line);
+        assert!(code == Some(1) && errors.contains(said), "{errors}");
+    }
+}
+
+/// Forty lines, then a rest of ten days: every twentieth of a second of it against every line.
+#[test]
+fn a_mission_that_would_be_compared_for_minutes_is_refused() {
+    let at = |k: usize| [2.0 + 0.5 * k as f64, 3.0 + (k % 2) as f64, 2.0];
+    let times = (0..=40).chain([900_000]);
+    let places: Vec<_> = (0..=40).chain([40]).map(at).collect();
+    let rests = json!({"t_s": times.collect::<Vec<_>>(), "position_m": places});
+    let desk = desk(&fleet(&[("rests", rests)]));
+    let line = "export plan.json --to qgc --georeference 47,8,400,90 --untimed-ok --out o";
+    let (code, _, errors) = run(desk.path(), line);
+    assert_eq!(code, Some(1), "{errors}");
+    assert!(
+        errors.contains("`rests`: 18000001 moments to compare"),
+        "{errors}"
+    );
 }
 
 #[test]

@@ -4,12 +4,21 @@ mod bodies;
 mod iso_speed;
 mod moved;
 
+use costmap::volumes::downwash::Section;
 use diagnosis::statistics::draws::Draws;
+use nalgebra::Vector3;
 use parry3d::math::Vector;
 
 /// A point of a cube about the origin.
 fn random_point(random: &mut Draws, reach: f64) -> nalgebra::Point3<f64> {
     [0; 3].map(|_| random.between(-reach, reach)).into()
+}
+
+/// Whether one of some sections holds an offset from the rotor centre (m).
+fn holds(sections: &[Section], offset_m: Vector3<f64>) -> bool {
+    let radius_m = |it: &Section| it.radius_m(-offset_m.z);
+    let mut radii_m = sections.iter().filter_map(radius_m);
+    radii_m.any(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
 }
 
 fn wake_of(preset: &str) -> airflow::Wake {

@@ -139,9 +139,8 @@ impl<'a> Scene<'a> {
         (air, waits): (&AirOfPlan<'_>, &Waits),
         flight: Option<&'a FlightReport>,
     ) -> Scene<'a> {
-        let last_s = |k: usize| plan.drones[k].trajectory.t_s.last().copied().unwrap_or(0.0);
         let fleet = plan.drones.len();
-        let end_s = (0..fleet).map(last_s).fold(0.0, f64::max);
+        let end_s = plan.ends_s();
         let (samples, step_s) = (&waits.samples, waits.step_s);
         let met = air.met(samples);
         let max_air_mps = met

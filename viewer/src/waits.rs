@@ -74,9 +74,8 @@ pub(crate) struct Waits {
 impl Waits {
     /// With its world the stops of a plan are told apart: dwells, and waits.
     pub(crate) fn of(plan: &Plan, world: Option<&World>, air: &AirOfPlan<'_>) -> Waits {
-        let last_s = |k: usize| plan.drones[k].trajectory.t_s.last().copied().unwrap_or(0.0);
         let fleet = plan.drones.len();
-        let end_s = (0..fleet).map(last_s).fold(0.0, f64::max);
+        let end_s = plan.ends_s();
         // Whole milliseconds, so that the page counts them as they are here. A very long plan has
         // at most so many moments in all.
         let step_s = (end_s * fleet as f64 / MOST_SAMPLES)
@@ -91,7 +90,6 @@ impl Waits {
                 let span_s = (stop.from_s, stop.until_s);
                 stop.waits_for = waits_for(plan, (air, &samples), k, span_s);
             }
-            share(&plan.drones[k], &mut stops);
             stops
         };
         let stops = (0..fleet).into_par_iter().map(of_drone).collect();

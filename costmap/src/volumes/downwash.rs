@@ -142,7 +142,8 @@ impl Section {
     }
 
     /// Whether it holds a point, given as its offset from the rotor centre (m, z up).
-    pub fn holds(&self, offset_m: Vector3<f64>) -> bool {
+    #[cfg(test)]
+    pub(crate) fn holds(&self, offset_m: Vector3<f64>) -> bool {
         self.radius_m(-offset_m.z)
             .is_some_and(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
     }

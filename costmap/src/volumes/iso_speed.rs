@@ -55,7 +55,8 @@ const NEAR_FIELD_LIMIT_PART: f64 = 0.97;
 /// The volume in which one drone's wake exceeds a speed, covered from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IsoSpeedVolume {
-    sections: Vec<Section>,
+    /// From above; none if the limit is not reached.
+    pub sections: Vec<Section>,
 }
 
 impl IsoSpeedVolume {
@@ -75,16 +76,6 @@ impl IsoSpeedVolume {
         Some(Self {
             sections: near_field.chain(far_field.unwrap_or_default()).collect(),
         })
-    }
-
-    /// Its sections, from above; none if the limit is not reached.
-    pub fn sections(&self) -> &[Section] {
-        &self.sections
-    }
-
-    /// Whether it holds a point, given as its offset from the rotor centre (m, z up).
-    pub fn holds(&self, offset_m: Vector3<f64>) -> bool {
-        self.sections.iter().any(|section| section.holds(offset_m))
     }
 
     /// Whether it enters a box, given by its corners as offsets from the rotor centre (m, z up).
@@ -384,7 +375,7 @@ mod tests {
                 let along = [n / 400, n / 20 % 20, n % 20].map(|it| f64::from(it) / 19.0);
                 low_m + 0.5 * Vector3::from(along)
             };
-            let is_held = (0..8000).any(|n| faster.holds(point_m(n)));
+            let is_held = (0..8000).any(|n| faster.sections.iter().any(|it| it.holds(point_m(n))));
             // Between two points it may be entered all the same.
             let shrunk = [0.03, 0.47].map(|it| low_m + Vector3::from([it; 3]));
             assert!(is_held || !faster.enters(shrunk), "{low_m}");

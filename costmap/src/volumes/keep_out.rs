@@ -134,9 +134,10 @@ impl KeepOut {
     /// them is in what it keeps clear, at any convective delay; `None`: it never is. What
     /// lies between two separate spells counts as well.
     ///
-    /// Of air at once that is how far the reference's moment is ahead of the mover's; air under way
-    /// since `δ` delays the mover by as much where it is the reference's, and hurries it where it
-    /// is its own. All delays from none to the longest make one interval, longer at one end.
+    /// Of quasi-static air that is how far the reference's moment is ahead of the mover's; air
+    /// under way since `δ` delays the mover by as much where it is the reference's, and hurries it
+    /// where it is its own. All delays from none to the longest make one interval, longer at one
+    /// end.
     pub fn delays(&self, relative: &Relative, late: &impl ConvectiveDelay) -> Option<[f64; 2]> {
         let depths = relative.depths();
         let near = (depths[0] < self.body_radius && depths[1] > -self.body_radius)

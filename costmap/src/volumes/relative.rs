@@ -5,7 +5,7 @@
 //! the pairs, so that everything asked here has a closed form: the nearest distance to a vertical
 //! axis, and the least and greatest delay between the two with which the volume is met.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SVector, Vector3};
 
 use super::downwash::Section;
 
@@ -324,7 +324,7 @@ pub(crate) fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f6
 }
 
 /// Square of the smallest distance of a straight path from the origin.
-fn nearest_square(from: &Vector2<f64>, to: &Vector2<f64>) -> f64 {
+pub(crate) fn nearest_square<const D: usize>(from: &SVector<f64, D>, to: &SVector<f64, D>) -> f64 {
     let path = to - from;
     let length_square = path.norm_squared();
     if length_square < 1e-18 {

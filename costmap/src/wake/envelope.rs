@@ -36,6 +36,20 @@ const MEAN_AZIMUTHS: usize = 5;
 /// Below this a bound for a whole path will do, and the mean counts as nothing: chosen here, a
 /// fiftieth of the induced velocity.
 const WEAK_SQUARE: f64 = 4e-4;
+/// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within
+/// 1.5 l.
+const FINE_STEP_L: f64 = 0.125;
+/// Where rows begin to grow with the jet (in motor distances): chosen here, below the near field.
+const FINE_UNTIL_L: f64 = 3.0;
+/// Growth of a row over the distance to the virtual origin, below that: chosen here, 4 % of decay a
+/// row.
+const ROW_GROWTH: f64 = 0.04;
+/// The same at single points: chosen here, in the tail of a jet each row is 3 % above the next.
+const ROW_GROWTH_AT_POINTS: f64 = 0.01;
+/// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
+const SLACK: f64 = 1.02;
+/// The same for moved jets, between the bearings and depths looked at as well: chosen here.
+const MOVED_SLACK: f64 = 1.05;
 
 /// Upper bound and typical value of the air that one wake brings to one receiver.
 #[derive(Clone, Debug)]
@@ -135,11 +149,7 @@ impl Envelope {
 
     /// The greatest mean square at this horizontal distance or beyond, at any depth.
     pub(crate) fn highest_square(&self, radius_m: f64) -> f64 {
-        let square = |row: usize| {
-            // The jet of this row may be that much nearer.
-            let radius_m = (radius_m - self.aside_m(row).norm()).max(0.0);
-            Some(f64::from(self.squares[self.cell(row, radius_m)?]))
-        };
+        let square = |row| self.square_at_any_bearing(row, radius_m);
         (0..self.rows.len()).filter_map(square).fold(0.0, f64::max)
     }
 
@@ -233,11 +243,7 @@ impl Envelope {
             self.row_at(-from_m.z.max(to_m.z)),
             self.row_at(-from_m.z.min(to_m.z)),
         );
-        let square = |row: usize| {
-            // The jet of this row may be that much nearer.
-            let radius_m = (radius_m - self.aside_m(row).norm()).max(0.0);
-            Some(f64::from(self.squares[self.cell(row, radius_m)?]))
-        };
+        let square = |row| self.square_at_any_bearing(row, radius_m);
         (first..=last).filter_map(square).fold(0.0, f64::max)
     }
 
@@ -262,7 +268,7 @@ impl Envelope {
             } else {
                 below_m
             };
-            Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+            self.square(row, radius_m)
         };
         rows.filter_map(square).fold(0.0, f64::max)
     }
@@ -275,14 +281,24 @@ impl Envelope {
             let square = |row: usize| {
                 let aside_m = self.aside_m(row);
                 let radius_m = nearest_radius_m(&(from_m - aside_m), &(to_m - aside_m));
-                Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+                self.square(row, radius_m)
             };
             return (first..=last).filter_map(square).fold(0.0, f64::max);
         }
         let radius_m = nearest_radius_m(from_m, to_m);
         (first..=last)
-            .filter_map(|row| Some(f64::from(self.squares[self.cell(row, radius_m)?])))
+            .filter_map(|row| self.square(row, radius_m))
             .fold(0.0, f64::max)
+    }
+
+    /// Bound on the mean square in a row so far from its axis (m), or farther.
+    fn square(&self, row: usize, radius_m: f64) -> Option<f64> {
+        Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+    }
+
+    /// The same so far from the vertical through the emitter: the jet may be that much nearer.
+    fn square_at_any_bearing(&self, row: usize, radius_m: f64) -> Option<f64> {
+        self.square(row, (radius_m - self.aside_m(row).norm()).max(0.0))
     }
 
     fn mean_at(&self, at_m: &Vector3<f64>) -> f64 {
@@ -318,24 +334,7 @@ impl Envelope {
         let column = (radius_m * self.rows[row].columns_per_m) as usize;
         Some(row * self.columns + column.min(self.columns - 1))
     }
-}
 
-/// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within
-/// 1.5 l.
-const FINE_STEP_L: f64 = 0.125;
-/// Where rows begin to grow with the jet (in motor distances): chosen here, below the near field.
-const FINE_UNTIL_L: f64 = 3.0;
-/// Growth of a row over the distance to the virtual origin, below that: chosen here, 4 % of decay a
-/// row.
-const ROW_GROWTH: f64 = 0.04;
-/// The same at single points: chosen here, in the tail of a jet each row is 3 % above the next.
-const ROW_GROWTH_AT_POINTS: f64 = 0.01;
-/// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
-const SLACK: f64 = 1.02;
-/// The same for moved jets, between the bearings and depths looked at as well: chosen here.
-const MOVED_SLACK: f64 = 1.05;
-
-impl Envelope {
     /// Tabulates `wake` (any mass) over receivers with these disc points, from the rotor plane to
     /// `deepest_m`. Radii where the mean square falls below `negligible_square` (of the emitter's
     /// induced velocity) count as still air.

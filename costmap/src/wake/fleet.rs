@@ -12,9 +12,10 @@ use crate::leg::{KindId, Leg, Tick};
 use crate::verdict::price;
 use crate::volumes::downwash::{Section, column};
 use crate::volumes::keep_out::{Hung, KeepOut};
-use crate::volumes::relative::{Relative, nearest_radius_m};
+use crate::volumes::relative::{Relative, nearest_radius_m, nearest_square};
 use crate::wake::advected::{Carrier, advected};
 use crate::wake::envelope::{Envelope, tables};
+use far_loads::{FAR_STEP_M, FarLoads, at_gap};
 
 /// An airframe at one mass.
 #[derive(Clone, Debug)]
@@ -387,8 +388,8 @@ impl Fleet {
         // Seen from either the same to the last bit.
         meeting.bodies = match shift {
             _ if apart_m.powi(2) + apart(2).powi(2) >= gap_m.powi(2) => false,
-            0 => (at_once_m(one, other))
-                .is_some_and(|[from_m, to_m]| nearest_distance_m(&from_m, &to_m) < gap_m),
+            0 => (at_same_time_m(one, other))
+                .is_some_and(|[from_m, to_m]| nearest_square(&from_m, &to_m).sqrt() < gap_m),
             _ => self.shared(one, other, shift).is_some_and(|region| {
                 region.nearest([0.0; 2]) < gap_m && region.delays_near(gap_m).is_some()
             }),
@@ -457,7 +458,7 @@ impl Fleet {
             };
             (time.start < time.end).then(|| [offset_m(time.start), offset_m(time.end)])
         };
-        // Columns go by places at once.
+        // Columns go by places at the same time.
         let is_entered = |[from_m, to_m]: [Vector3<f64>; 2]| column.is_entered(&from_m, &to_m);
         let entered = may_enter && path_m(0).is_some_and(is_entered);
         let Some([from_m, to_m]) = path_m(delay) else {
@@ -481,10 +482,10 @@ impl Fleet {
         let Some(whole) = advected(emitter, receiver, delay, shift) else {
             return (false, 0);
         };
-        // Columns go by places at once.
+        // Columns go by places at the same time.
         let entered = may_enter
             && match shift {
-                0 => at_once_m(receiver, emitter)
+                0 => at_same_time_m(receiver, emitter)
                     .is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m)),
                 _ => (self.shared(receiver, emitter, shift))
                     .is_some_and(|it| it.delays_in(column).is_some()),
@@ -585,7 +586,7 @@ impl Fleet {
         let mut meeting = Meeting::default();
         let gap_m = self.gap_m(first, second);
         if nearest_m < gap_m {
-            meeting.bodies = nearest_distance_m(&from_m, &to_m) < gap_m;
+            meeting.bodies = nearest_square(&from_m, &to_m).sqrt() < gap_m;
         }
         if self.conditions.wakes && first.flying && second.flying {
             // A wake that ends above a drone's rotor plane does not reach it.
@@ -781,114 +782,6 @@ impl Fleet {
         self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, recirculated))
     }
 
-    /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.
-    pub(crate) fn load(&self, share: f64) -> u32 {
-        let additive = match self.conditions.superposition {
-            Superposition::Linear => share,
-            // The strongest of several is at most the root of their sum of squares.
-            Superposition::Momentum | Superposition::Strongest => share * share,
-        };
-        (additive * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
-    }
-}
-
-/// Where one drone is as seen from another at the beginning and at the end of the time that their
-/// legs share (m); `None`: they share none.
-fn at_once_m(one: &Leg, other: &Leg) -> Option<[Vector3<f64>; 2]> {
-    let time = one.overlap(other);
-    let offset_m = |at: Tick| one.position_m(at) - other.position_m(at);
-    (!time.is_empty()).then(|| [offset_m(time.start), offset_m(time.end)])
-}
-
-/// Height of the pieces in which a climb past a wake is bounded (m): chosen here, three rows of a
-/// small drone's table.
-const CLIMB_STEP_M: f64 = 0.25;
-
-/// The first airframe with the same rotors in the same places as one of them.
-fn first_alike(airframes: &[Airframe], index: usize) -> usize {
-    let shape = |airframe: &Airframe| {
-        (
-            airframe.propellers(),
-            airframe.propeller_diameter_m(),
-            airframe.motor_distance_m(),
-            airframe.width_factor(),
-        )
-    };
-    let same = |other: &Airframe| shape(other) == shape(&airframes[index]);
-    airframes.iter().position(same).unwrap_or(index)
-}
-
-/// Smallest distance of a straight path from the origin (m).
-fn nearest_distance_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
-    let path_m = to_m - from_m;
-    let length_square = path_m.norm_squared();
-    if length_square < 1e-18 {
-        return from_m.norm();
-    }
-    let at = (-from_m.dot(&path_m) / length_square).clamp(0.0, 1.0);
-    (from_m + path_m * at).norm()
-}
-
-/// Distances at which loads of far wakes are tabulated: chosen here (m).
-const FAR_STEP_M: f64 = 0.125;
-/// Largest load, in millionths, for which its bound by distance will do. Chosen here: an Offboard 2
-/// brings another less than that at a metre beside its axis.
-const FAR_LOAD: u32 = 120_000;
-
-/// Loads by horizontal distance alone, for drones that are not close.
-#[derive(Clone, Debug, Default)]
-struct FarLoads {
-    /// Emitter by emitter, receiver by receiver: loads at multiples of the step, up to the reach.
-    loads: Vec<Vec<u32>>,
-    /// Emitter by emitter, the largest of these.
-    on_any: Vec<Vec<u32>>,
-    /// Kind by kind, kind by kind.
-    tight_m: Vec<f64>,
-    near_m: f64,
-}
-
-impl FarLoads {
-    fn new(fleet: &Fleet) -> FarLoads {
-        let all = || (0..fleet.kinds.len() as u32).map(KindId);
-        let pairs = || all().flat_map(|one| all().map(move |other| (one, other)));
-        let loads: Vec<Vec<u32>> = pairs()
-            .map(|(emitter, receiver)| fleet.loads_by_distance(emitter, receiver))
-            .collect();
-        let of = |one: KindId, other: KindId| &loads[fleet.pair(one, other)];
-        let on_any = all()
-            .map(|emitter| {
-                let steps = all().map(|receiver| of(emitter, receiver).len());
-                let steps = 0..steps.max().unwrap_or(0);
-                let worst = |step: usize| {
-                    let loads = all().map(|receiver| of(emitter, receiver).get(step));
-                    loads.flatten().copied().max().unwrap_or(0)
-                };
-                steps.map(worst).collect()
-            })
-            .collect();
-        let tight_m: Vec<f64> = pairs()
-            .map(|(one, other)| {
-                let strong = |loads: &[u32]| loads.partition_point(|&load| load > FAR_LOAD);
-                let steps = strong(of(one, other)).max(strong(of(other, one)));
-                let bodies_m = fleet.kind(one).body_radius_m + fleet.kind(other).body_radius_m;
-                let column_m = |kind: KindId| fleet.wake(kind).column_radius_m();
-                (steps as f64 * FAR_STEP_M)
-                    .max(bodies_m + fleet.conditions.gaps_m[2])
-                    .max(column_m(one))
-                    .max(column_m(other))
-            })
-            .collect();
-        FarLoads {
-            // A millionth less, so that bins that only touch are not asked.
-            near_m: tight_m.iter().copied().fold(0.0, f64::max) - 1e-6,
-            loads,
-            on_any,
-            tight_m,
-        }
-    }
-}
-
-impl Fleet {
     /// From this horizontal distance on, two drones of these kinds load one another so little that
     /// a bound by distance will do (m).
     pub(crate) fn tight_m(&self, one: KindId, other: KindId) -> f64 {
@@ -921,31 +814,43 @@ impl Fleet {
         one.index() * self.kinds.len() + other.index()
     }
 
-    /// Loads of the lowest limit at multiples of [`FAR_STEP_M`], as far as they count.
-    fn loads_by_distance(&self, emitter: KindId, receiver: KindId) -> Vec<u32> {
-        if !self.conditions.wakes {
-            return Vec::new();
-        }
-        let envelope = self.envelope(emitter.index(), receiver.index());
-        let measure_mps = self.measure_mps(receiver);
-        let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
-        let recirculated = self.conditions.flown.return_flow_mps / measure_mps;
-        let limit = left(self.conditions.lowest_air_limit, recirculated);
-        let load = |step: usize| {
-            let square = envelope.highest_square(step as f64 * FAR_STEP_M);
-            self.load(square.sqrt() * ratio / limit)
+    /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.
+    pub(crate) fn load(&self, share: f64) -> u32 {
+        let additive = match self.conditions.superposition {
+            Superposition::Linear => share,
+            // The strongest of several is at most the root of their sum of squares.
+            Superposition::Momentum | Superposition::Strongest => share * share,
         };
-        (0..).map(load).take_while(|&load| load > 0).collect()
+        (additive * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
     }
 }
 
-/// Loads fall with distance: the one at the step before bounds it.
-fn at_gap(loads: &[u32], gap_m: f64) -> u32 {
-    loads
-        .get((gap_m / FAR_STEP_M) as usize)
-        .copied()
-        .unwrap_or(0)
+/// Where one drone is as seen from another at the beginning and at the end of the time that their
+/// legs share (m); `None`: they share none.
+fn at_same_time_m(one: &Leg, other: &Leg) -> Option<[Vector3<f64>; 2]> {
+    let time = one.overlap(other);
+    let offset_m = |at: Tick| one.position_m(at) - other.position_m(at);
+    (!time.is_empty()).then(|| [offset_m(time.start), offset_m(time.end)])
 }
 
+/// Height of the pieces in which a climb past a wake is bounded (m): chosen here, three rows of a
+/// small drone's table.
+const CLIMB_STEP_M: f64 = 0.25;
+
+/// The first airframe with the same rotors in the same places as one of them.
+fn first_alike(airframes: &[Airframe], index: usize) -> usize {
+    let shape = |airframe: &Airframe| {
+        (
+            airframe.propellers(),
+            airframe.propeller_diameter_m(),
+            airframe.motor_distance_m(),
+            airframe.width_factor(),
+        )
+    };
+    let same = |other: &Airframe| shape(other) == shape(&airframes[index]);
+    airframes.iter().position(same).unwrap_or(index)
+}
+
+mod far_loads;
 #[cfg(test)]
 mod tests;

@@ -15,6 +15,9 @@ use crate::lights::Lights;
 
 /// Most bytes of one file in the zip, unpacked: chosen here, a show of 5000 drones in one.
 const MOST_BYTES: u64 = 200 << 20;
+/// The same of all that is read, a file for each drone that refers to it: chosen here, five shows
+/// of 5000 drones.
+const MOST_BYTES_IN_ALL: u64 = 5 * MOST_BYTES;
 
 /// One drone of a show.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +73,11 @@ pub struct Skyc {
 /// No zip, no show in it, or another version; else all that is wrong with its drones: files that
 /// are missing, points.
 pub fn read(bytes: &[u8]) -> Result<Skyc, Vec<ReadError>> {
-    let (mut zip, index) = opened(bytes).map_err(|error| vec![error])?;
+    read_up_to(MOST_BYTES_IN_ALL, bytes)
+}
+
+fn read_up_to(most_bytes: u64, bytes: &[u8]) -> Result<Skyc, Vec<ReadError>> {
+    let (mut zip, index) = opened(bytes, most_bytes).map_err(|error| vec![error])?;
     let drones = index["swarm"]["drones"].as_array();
     let drones = drones.map_or(&[][..], Vec::as_slice);
     let mut performers = Vec::with_capacity(drones.len());
@@ -88,12 +95,17 @@ pub fn read(bytes: &[u8]) -> Result<Skyc, Vec<ReadError>> {
     }
 }
 
-type Zip<'b> = ZipArchive<Cursor<&'b [u8]>>;
+/// A zip, and how many bytes may still be unpacked of it.
+struct Zip<'b> {
+    archive: ZipArchive<Cursor<&'b [u8]>>,
+    left: u64,
+}
 
 /// The zip and its `show.json`.
-fn opened(bytes: &[u8]) -> Result<(Zip<'_>, Value), ReadError> {
-    let mut zip = ZipArchive::new(Cursor::new(bytes))
+fn opened(bytes: &[u8], left: u64) -> Result<(Zip<'_>, Value), ReadError> {
+    let archive = ZipArchive::new(Cursor::new(bytes))
         .map_err(|error| ReadError::within("the file", format!("no zip: {error}")))?;
+    let mut zip = Zip { archive, left };
     let show = json(&mut zip, "show.json")?;
     if show["version"] != 1 {
         let what = format!("version {}, this program reads 1", show["version"]);
@@ -194,14 +206,22 @@ fn performer(
 }
 
 /// A JSON file of the zip.
-fn json(zip: &mut ZipArchive<Cursor<&[u8]>>, name: &str) -> Result<Value, ReadError> {
-    let file = zip.by_name(name);
+fn json(zip: &mut Zip<'_>, name: &str) -> Result<Value, ReadError> {
+    let file = zip.archive.by_name(name);
     let file = file.map_err(|error| ReadError::within(name, error.to_string()))?;
+    let most = MOST_BYTES.min(zip.left);
     let mut text = Vec::new();
-    let taken = file.take(MOST_BYTES + 1).read_to_end(&mut text);
+    let taken = file.take(most + 1).read_to_end(&mut text);
     taken.map_err(|error| ReadError::within(name, error.to_string()))?;
-    if text.len() as u64 > MOST_BYTES {
-        let what = format!("unpacks to more than {} MiB", MOST_BYTES >> 20);
+    zip.left = zip.left.saturating_sub(text.len() as u64);
+    if text.len() as u64 > most {
+        let what = match most {
+            MOST_BYTES => format!("unpacks to more than {} MiB", MOST_BYTES >> 20),
+            _ => format!(
+                "with all that was read before it unpacks to more than {} MiB",
+                MOST_BYTES_IN_ALL >> 20
+            ),
+        };
         return Err(ReadError::within(name, what));
     }
     serde_json::from_slice(&text).map_err(|error| ReadError::within(name, error.to_string()))
@@ -266,4 +286,40 @@ fn flown(trajectory: &Trajectory) -> (Flown, Vec<String>) {
 
 fn now_at(now: (f64, [f64; 3])) -> (f64, Point3<f64>) {
     (now.0, Point3::from(now.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use serde_json::json;
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    use super::*;
+
+    #[test]
+    fn a_file_that_many_drones_refer_to_counts_for_each_of_them() {
+        let drone = json!({"settings": {"trajectory": {"$ref": "./all.json"}}});
+        let show = json!({"version": 1, "swarm": {"drones": [drone, drone, drone]}}).to_string();
+        let path = json!({"version": 1, "points": [[0, [1, 2, 3], []], [9, [1, 2, 4], []]]});
+        let path = path.to_string();
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, text) in [("show.json", &show), ("all.json", &path)] {
+            zip.start_file(name, SimpleFileOptions::default())
+                .expect("a zip in memory");
+            zip.write_all(text.as_bytes()).expect("a zip in memory");
+        }
+        let bytes = zip.finish().expect("a zip in memory").into_inner();
+        let takes = (show.len() + 3 * path.len()) as u64;
+        let read = read_up_to(takes, &bytes).expect("all fit");
+        assert_eq!(read.performers.len(), 3);
+        let errors = read_up_to(takes - 1, &bytes).expect_err("the last does not fit");
+        assert_eq!(errors.len(), 1);
+        assert!(
+            errors[0]
+                .to_string()
+                .contains("with all that was read before")
+        );
+    }
 }

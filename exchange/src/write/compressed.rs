@@ -3,9 +3,8 @@
 //!
 //! The layout is that of `pptraj_compressed.c` in bitcraze/crazyflie-firmware and of
 //! `src/trajectory/` in skybrush-io/libskybrush: start as four i16 (x, y, z, yaw); each piece a
-//! byte
-//! of two bits an axis (0 constant, 1 straight, 2 cubic), the duration as u16 (ms), and 0, 1 or 3
-//! coefficients an axis as i16, the first left out because it is the last end. Little-endian.
+//! byte of two bits an axis (0 constant, 1 straight, 2 cubic), the duration as u16 (ms), and 0, 1
+//! or 3 coefficients an axis as i16, the first left out because it is the last end. Little-endian.
 
 use nalgebra::Point3;
 

@@ -1,9 +1,8 @@
 //! Trajectories of Crazyswarm2 and `uav_trajectories`: one CSV a drone, a polynomial piece a row.
 //!
 //! The layout is that of `crazyflie_py/uav_trajectory.py` in IMRCLab/crazyswarm2: a header line
-//! that
-//! is skipped, then duration (s) and eight ascending coefficients each of x, y, z (m) and yaw (rad)
-//! in the piece's own time. To be flown with `relative=False`: places are the world's.
+//! that is skipped, then duration (s) and eight ascending coefficients each of x, y, z (m) and yaw
+//! (rad) in the piece's own time. To be flown with `relative=False`: places are the world's.
 
 use crate::course::{Course, Piece};
 

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use super::decimal;
 use crate::course::Course;
+use crate::deviation::distance_m;
 use crate::frame::Georeference;
 
 /// MAVLink counts a mission's items in 16 bits (`MISSION_COUNT.count`).
@@ -281,13 +282,6 @@ fn corners(line: &[Point3<f64>]) -> Vec<Point3<f64>> {
     }
     let kept = line.iter().zip(is_kept).filter(|it| it.1);
     kept.map(|it| *it.0).collect()
-}
-
-/// Of a place from what lies between two others (m).
-fn distance_m(at_m: Point3<f64>, [a, b]: [Point3<f64>; 2]) -> f64 {
-    let (along, from) = (b - a, at_m - a);
-    let share = from.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
-    (from - along * share.clamp(0.0, 1.0)).norm()
 }
 
 #[cfg(test)]

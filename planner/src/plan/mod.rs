@@ -205,14 +205,18 @@ impl Plan {
         drone.trajectory.t_s.last().copied().filter(|_| !stays)
     }
 
+    /// The end of the last motion (s).
+    pub fn ends_s(&self) -> f64 {
+        let last_s = self.drones.iter().filter_map(|it| it.trajectory.t_s.last());
+        last_s.copied().fold(0.0, f64::max)
+    }
+
     /// Where all drones are, `rate_hz` times a second (1/s) from time 0 to the end of the last
     /// motion, and once at or after it; nothing unless the rate is positive and finite.
     pub fn sample(&self, rate_hz: f64) -> Vec<Sample> {
         if !(rate_hz > 0.0 && rate_hz.is_finite()) {
             return Vec::new();
         }
-        let last_s = |drone: &DronePlan| drone.trajectory.t_s.last().copied().unwrap_or(0.0);
-        let end_s = self.drones.iter().map(last_s).fold(0.0, f64::max);
         let leave_s: Vec<Option<f64>> = self.drones.iter().map(|it| self.leaves_s(it)).collect();
         let at = |k: u64| {
             let t_s = k as f64 / rate_hz;
@@ -226,7 +230,8 @@ impl Plan {
                 position_m: self.drones.iter().zip(&leave_s).map(of).collect(),
             }
         };
-        (0..=(end_s * rate_hz).ceil() as u64).map(at).collect()
+        let steps = (self.ends_s() * rate_hz).ceil() as u64;
+        (0..=steps).map(at).collect()
     }
 }
 
@@ -601,6 +606,19 @@ pub struct MotionState {
 }
 
 impl TrajectoryEntry {
+    /// Adds that the drone is at its first place from time 0 on; nothing where it has no points.
+    pub fn hold_from_0(&mut self) {
+        let Some(first_m) = self.position_m.first().copied() else {
+            return;
+        };
+        self.t_s.insert(0, 0.0);
+        self.position_m.insert(0, first_m);
+        self.mass_kg.insert(0, self.mass_kg[0]);
+        if !self.control_m.is_empty() {
+            self.control_m.insert(0, Vec::new());
+        }
+    }
+
     /// Where the drone is at a time (s): held before the first point and after the last (m).
     ///
     /// `None` where the entry has no points.

@@ -420,7 +420,9 @@ pub(crate) fn legs_of(
     ticks.sort_unstable();
     ticks.dedup();
     let place_m = |tick: u32| {
-        let known = (entry.t_s.iter()).rposition(|t_s| whole(*t_s) == [tick; 2]);
+        // Times ascend, and with them the ticks they lie between.
+        let known = (entry.t_s.partition_point(|t_s| whole(*t_s)[1] <= tick)).checked_sub(1);
+        let known = known.filter(|index| whole(entry.t_s[*index]) == [tick; 2]);
         let known_m = known.map(|index| entry.position_m[index]);
         let place_m = known_m.or_else(|| entry.position_m(Tick(tick).seconds()));
         place_m.unwrap_or(*last_m)

@@ -103,14 +103,8 @@ impl Exclusions {
             // All that is advised can be done together.
             let mut advised: Vec<Site> = Vec::new();
             for it in described {
-                let place = it.place();
-                let is_it = |site: &&Site| (site.drone, site.task) == place;
-                if !advised.iter().any(|site| is_it(&site)) {
-                    let among = (&advised[..], &directions[..]);
-                    advised.extend(nearest(&judge, &sites, place, among, &mut left));
-                }
-                let fix = advised.iter().find(is_it);
-                it.nearest_fix_m = fix.map(|site| site.nominal_m);
+                let among = (&mut advised, &directions[..]);
+                it.nearest_fix_m = advise_one(&judge, &sites, it.place(), among, &mut left);
             }
         }
     }
@@ -297,14 +291,9 @@ fn other_moves(
             let mut advised: Vec<Site> = Vec::new();
             let of_kind = conflicts.iter().zip(&mut to_m);
             for (it, to_m) in of_kind.filter(|(it, _)| it.when == *when) {
-                let place = it.place();
-                let is_it = |site: &&Site| (site.drone, site.task) == place;
-                if !advised.iter().any(|site| is_it(&site)) {
-                    let among = (&advised[..], &[direction][..]);
-                    advised.extend(nearest(&judge, sites, place, among, &mut left));
-                }
-                if let Some(site) = advised.iter().find(is_it) {
-                    *to_m = site.nominal_m;
+                let among = (&mut advised, &[direction][..]);
+                if let Some(place_m) = advise_one(&judge, sites, it.place(), among, &mut left) {
+                    *to_m = place_m;
                 }
             }
         }
@@ -616,6 +605,25 @@ fn other_tasks(judge: &EndpointJudge<'_>, sites: &Sites, goals: &[Excluded]) -> 
         })
     });
     broken.collect()
+}
+
+/// Where a drone is advised to be (m): as before, or at the [`nearest`] place, noted among all that
+/// is advised.
+fn advise_one(
+    judge: &EndpointJudge<'_>,
+    sites: &Sites,
+    place: (usize, Option<usize>),
+    (advised, directions): (&mut Vec<Site>, &[Vector3<f64>]),
+    left: &mut usize,
+) -> Option<Point3<f64>> {
+    let known = advised.iter().find(|it| (it.drone, it.task) == place);
+    if let Some(known) = known {
+        return Some(known.nominal_m);
+    }
+    let site = nearest(judge, sites, place, (advised, directions), left)?;
+    let place_m = site.nominal_m;
+    advised.push(site);
+    Some(place_m)
 }
 
 /// The nearest place at which a drone is in order with all others of its set, those that are

@@ -62,7 +62,7 @@ pub use bounds::obstacles::NamedSolid;
 pub use checks::air::DroneExposure;
 pub use checks::contents::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
 pub use checks::lateness;
-pub use checks::obstacle::{SINK_M, TOUCH_M};
+pub use checks::obstacle::{PAD_M, SINK_M, TOUCH_M};
 use checks::zone::Asked;
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,

@@ -75,9 +75,11 @@ struct Mine {
 #[derive(Clone, Debug)]
 pub struct Area {
     name: String,
-    running: Running,
+    /// Its plan, with what neighbours fly near its world.
+    pub(super) running: Running,
     known: Neighbourhood,
-    revision: u64,
+    /// Of its plan.
+    pub(super) revision: u64,
     number: u64,
     settled: u64,
     /// No change, of its own drones or of others, was from later (s).
@@ -126,11 +128,6 @@ impl Area {
         &self.name
     }
 
-    /// The plan, with what neighbours fly near its world.
-    pub fn plan(&self) -> &Plan {
-        self.running.plan()
-    }
-
     /// What the drones of its plan fly, without what air they meet.
     pub fn drones(&self) -> &[DronePlan] {
         &self.running.flown().drones
@@ -140,11 +137,6 @@ impl Area {
     pub fn own(&self) -> impl Iterator<Item = &DronePlan> {
         let drones = self.drones().iter();
         drones.filter(|it| self.known.owns(&it.name))
-    }
-
-    /// Of its plan.
-    pub fn revision(&self) -> u64 {
-        self.revision
     }
 
     /// A proposal is under way.

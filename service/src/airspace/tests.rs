@@ -121,7 +121,7 @@ fn union<'a>(areas: impl Iterator<Item = &'a Area>, whole_m: &Bounds) -> Plan {
     let mut plan: Option<Plan> = None;
     let mut drones: BTreeMap<String, DronePlan> = BTreeMap::new();
     for area in areas {
-        plan = plan.or_else(|| Some(area.plan().clone()));
+        plan = plan.or_else(|| Some(area.running.plan().clone()));
         for it in area.own() {
             let ends_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
             let known = drones.get(&it.name);
@@ -182,8 +182,8 @@ fn a_planner_that_is_killed_goes_on_from_its_journal() {
     for record in killed.journal.clone() {
         area.replay(record).unwrap();
     }
-    assert_eq!(area.plan(), killed.area.plan());
-    assert_eq!(area.revision(), killed.area.revision());
+    assert_eq!(area.running.plan(), killed.area.running.plan());
+    assert_eq!(area.revision, killed.area.revision);
     run.planners.insert(name, Planner { area, ..killed });
     let taken = run.taken();
     run.run(15.0);
@@ -246,7 +246,7 @@ fn near_a_planner_that_is_lost_nothing_is_planned_until_it_is_heard_again() {
     run.run(70.0);
     assert_eq!(ask(&mut run), Err(Refused::Closed("a1-0".to_owned())));
     // What it flew is still there.
-    assert!(run.planners["a0-0"].area.plan().drones.len() >= 2);
+    assert!(run.planners["a0-0"].area.running.plan().drones.len() >= 2);
     run.planners.insert("a1-0".to_owned(), lost);
     (0..25).for_each(|_| run.step(false));
     let flown = run.planners["a0-0"].area.counts().flown;
@@ -344,12 +344,12 @@ fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
     let good = border.clone();
     area.receive(now_s, &say(Says::Border(good.clone())));
     assert_eq!(area.counts().contradictions, []);
-    let before = area.plan().clone();
+    let before = area.running.plan().clone();
     let mut wrong = |says: Says, words: &str| {
         area.receive(now_s, &say(says));
         let (_, what) = area.counts().contradictions.back().expect(words);
         assert!(what.contains(words), "{what}");
-        assert_eq!(*area.plan(), before, "{words}");
+        assert_eq!(*area.running.plan(), before, "{words}");
     };
     border.revision = 0;
     wrong(Says::Border(border.clone()), "revision 0 after revision");
@@ -390,8 +390,8 @@ fn a_neighbour_that_contradicts_itself_is_refused_and_its_last_wakes_stay() {
 fn area_is_silent_on(run: &mut Run, message: &Message) {
     let now_s = run.now_s;
     let area = &mut run.planners.get_mut("a0-0").unwrap().area;
-    let before = area.plan().clone();
+    let before = area.running.plan().clone();
     area.receive(now_s, message);
     area.tick(now_s);
-    assert_eq!(*area.plan(), before);
+    assert_eq!(*area.running.plan(), before);
 }

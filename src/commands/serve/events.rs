@@ -56,6 +56,8 @@ impl Events {
 
     /// Tells all listeners; the number of those that were too far behind.
     pub(super) fn publish(&self, line: &str, event: &Event) -> u64 {
+        // A patch of a whole fleet takes its time: nobody waits for that.
+        let told = told(event);
         let mut inner = self.lock();
         if matches!(event, Event::Opened(_)) {
             inner.digest = [0; 32];
@@ -72,7 +74,7 @@ impl Events {
         inner.revision = (!matches!(event, Event::Closed(_))).then_some(of_event);
         let [a, b, c, d, ..] = inner.digest;
         let name = format!("{of_event}-{a:02x}{b:02x}{c:02x}{d:02x}");
-        let bytes = wire(Some(&name), event);
+        let bytes = wire(Some(&name), &told);
         inner.bytes += bytes.len();
         inner.kept.push_back((name.clone(), bytes.clone()));
         inner.name = Some(name);
@@ -105,7 +107,7 @@ impl Events {
                     None => {
                         let revision = inner.revision;
                         let ask = Event::AskPlan(At { revision });
-                        ahead.push_back(wire(inner.name.as_deref(), &ask));
+                        ahead.push_back(wire(inner.name.as_deref(), &told(&ask)));
                     }
                 }
             }
@@ -137,13 +139,17 @@ impl Events {
     }
 }
 
-/// As server-sent events are written (WHATWG HTML, 9.2).
-fn wire(name: Option<&str>, event: &Event) -> Bytes {
+/// As server-sent events are written (WHATWG HTML, 9.2), but for the name.
+fn told(event: &Event) -> String {
     let mut value = serde_json::to_value(event).unwrap_or_default();
     let kind = value["event"].as_str().unwrap_or_default().to_owned();
     let data = value.get_mut("data").map_or(Value::Null, Value::take);
+    format!("event: {kind}\ndata: {data}\n\n")
+}
+
+fn wire(name: Option<&str>, told: &str) -> Bytes {
     let name = name.map_or(String::new(), |name| format!("id: {name}\n"));
-    Bytes::from(format!("{name}event: {kind}\ndata: {data}\n\n"))
+    Bytes::from(name + told)
 }
 
 /// The body of an answer that goes on.

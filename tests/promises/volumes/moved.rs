@@ -10,7 +10,7 @@ use diagnosis::statistics::draws::Draws;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
-use super::wake_of;
+use super::{holds, wake_of};
 
 /// A wake under random effects, several at once.
 fn wake(random: &mut Draws, preset: &str) -> Wake {
@@ -68,7 +68,7 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
         let limit_mps = random.between(0.15, 0.8) * wake.induced_velocity_mps();
         let volume = IsoSpeedVolume::new(&wake, limit_mps).expect("a positive limit");
         let end_m = volume
-            .sections()
+            .sections
             .iter()
             .map(|s| s.to_depth_m)
             .fold(0.0, f64::max);
@@ -85,7 +85,7 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
             if wake.axial_speed_mps(offset_m) > limit_mps {
                 above += 1;
                 assert!(
-                    volume.holds(offset_m),
+                    holds(&volume.sections, offset_m),
                     "case {case}, {preset}: {offset_m:?}"
                 );
             }
@@ -115,7 +115,7 @@ fn rotor_tips_lie_in_the_column_of_a_moved_jet_and_it_has_no_cone() {
             // bit.
             let radius_m = wake.tip_radius_m() * (1.0 - 1e-12);
             let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
-            assert!(column.holds(offset_m), "case {case}: {offset_m:?}");
+            assert!(holds(&[column], offset_m), "case {case}: {offset_m:?}");
         }
     }
 }

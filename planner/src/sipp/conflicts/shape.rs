@@ -390,45 +390,7 @@ impl Shape {
         }
         Some(self.loads(low, high, nearest.max(radius), LEAST_SYNCHRONOUS))
     }
-}
 
-/// How long ago, in rounds of steps that last as long, a step of the second forbids one of the
-/// first by its air.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct AdvectedStep {
-    /// In the same round air of either is too much for the other.
-    pub(super) now: bool,
-    /// From so many rounds after it until so many; nothing where the first is 0.
-    pub(super) rounds: [u8; 2],
-    /// What it fills of the first's budget, at most (parts of [`LOADS`]), and for how many rounds.
-    pub(super) load: u8,
-    pub(super) lasts: u8,
-}
-
-impl AdvectedStep {
-    /// Whether it means anything.
-    pub(super) fn matters(&self) -> bool {
-        self.now || self.rounds[0] > 0 || self.load > 0 && self.lasts > 0
-    }
-}
-
-/// The longest convective delay, in rounds of so many ticks.
-struct Rounds<'a> {
-    delays: &'a ConvectiveDelays,
-    ticks: f64,
-}
-
-impl ConvectiveDelay for Rounds<'_> {
-    fn of_reference(&self, depth: f64) -> f64 {
-        self.delays.of_reference(depth) / self.ticks
-    }
-
-    fn of_mover(&self, depth: f64) -> f64 {
-        self.delays.of_mover(depth) / self.ticks
-    }
-}
-
-impl Shape {
     /// What air of earlier rounds means to the first, and that of this round to both, of two steps
     /// that last `ticks`: by how far each leads and where the second begins as seen from the first
     /// (cells), each of the two up to `shift` ticks early or late against the other.
@@ -479,6 +441,42 @@ impl Shape {
             load: if deep > 0.0 { load } else { 0 },
             lasts: whole(lasts),
         }
+    }
+}
+
+/// How long ago, in rounds of steps that last as long, a step of the second forbids one of the
+/// first by its air.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct AdvectedStep {
+    /// In the same round air of either is too much for the other.
+    pub(super) now: bool,
+    /// From so many rounds after it until so many; nothing where the first is 0.
+    pub(super) rounds: [u8; 2],
+    /// What it fills of the first's budget, at most (parts of [`LOADS`]), and for how many rounds.
+    pub(super) load: u8,
+    pub(super) lasts: u8,
+}
+
+impl AdvectedStep {
+    /// Whether it means anything.
+    pub(super) fn matters(&self) -> bool {
+        self.now || self.rounds[0] > 0 || self.load > 0 && self.lasts > 0
+    }
+}
+
+/// The longest convective delay, in rounds of so many ticks.
+struct Rounds<'a> {
+    delays: &'a ConvectiveDelays,
+    ticks: f64,
+}
+
+impl ConvectiveDelay for Rounds<'_> {
+    fn of_reference(&self, depth: f64) -> f64 {
+        self.delays.of_reference(depth) / self.ticks
+    }
+
+    fn of_mover(&self, depth: f64) -> f64 {
+        self.delays.of_mover(depth) / self.ticks
     }
 }
 

@@ -281,32 +281,24 @@ impl<'a> Round<'a> {
         if self.past.is_empty() {
             return Some(0);
         }
-        let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
+        let synchronous = self.configuration.synchronous;
         let mine = self.stride(drone, direction);
-        let [nx, ny, _] = synchronous.steps.counts();
         let mut loads: Vec<(usize, u8)> = Vec::new();
-        for class in 0..synchronous.steps.class_count() {
-            for aside in synchronous.near(&mine, class, configuration.is_beside) {
-                let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
-                if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
-                    continue;
-                }
-                let column = i as usize + nx * j as usize;
-                for (past, rounds) in self.past.iter().zip(1..) {
-                    let mut other = past.first[column];
-                    while other != NONE {
-                        let index = other as usize;
-                        other = past.next[index];
-                        let theirs = &past.strides[index];
-                        if index == drone || theirs.class != class {
-                            continue;
-                        }
-                        let load = synchronous.meets_air(&mine, theirs, rounds)?;
-                        match loads.iter_mut().find(|(known, _)| *known == index) {
-                            _ if load == 0 => {}
-                            Some((_, known)) => *known = load.max(*known),
-                            None => loads.push((index, load)),
-                        }
+        for (class, column) in self.columns_near(&mine) {
+            for (past, rounds) in self.past.iter().zip(1..) {
+                let mut other = past.first[column];
+                while other != NONE {
+                    let index = other as usize;
+                    other = past.next[index];
+                    let theirs = &past.strides[index];
+                    if index == drone || theirs.class != class {
+                        continue;
+                    }
+                    let load = synchronous.meets_air(&mine, theirs, rounds)?;
+                    match loads.iter_mut().find(|(known, _)| *known == index) {
+                        _ if load == 0 => {}
+                        Some((_, known)) => *known = load.max(*known),
+                        None => loads.push((index, load)),
                     }
                 }
             }
@@ -326,30 +318,36 @@ impl<'a> Round<'a> {
     /// Calls `f` with every drone to whom a step of this drone could matter, and what the two do to
     /// one another.
     fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Met)) {
-        let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
         let mine = self.stride(drone, direction);
-        let [nx, ny, _] = synchronous.steps.counts();
-        for class in 0..synchronous.steps.class_count() {
-            for aside in synchronous.near(&mine, class, configuration.is_beside) {
-                let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
-                if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
+        for (class, column) in self.columns_near(&mine) {
+            let mut other = self.first[column];
+            while other != NONE {
+                let index = other as usize;
+                other = self.next[index];
+                if index == drone {
                     continue;
                 }
-                let mut other = self.first[i as usize + nx * j as usize];
-                while other != NONE {
-                    let index = other as usize;
-                    other = self.next[index];
-                    if index == drone {
-                        continue;
-                    }
-                    let others = usize::from(self.directions[index]);
-                    let theirs = self.stride(index, others);
-                    if theirs.class == class {
-                        f(index, synchronous.meet(&mine, &theirs));
-                    }
+                let others = usize::from(self.directions[index]);
+                let theirs = self.stride(index, others);
+                if theirs.class == class {
+                    f(index, self.configuration.synchronous.meet(&mine, &theirs));
                 }
             }
         }
+    }
+
+    /// The columns of places in which a drone could matter to a step, class by class.
+    fn columns_near(&self, mine: &Stride) -> impl Iterator<Item = (usize, usize)> {
+        let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
+        let [nx, ny, _] = synchronous.steps.counts();
+        (0..synchronous.steps.class_count()).flat_map(move |class| {
+            let near = synchronous.near(mine, class, configuration.is_beside);
+            near.iter().filter_map(move |aside| {
+                let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
+                let is_there = i >= 0 && j >= 0 && (i as usize) < nx && (j as usize) < ny;
+                is_there.then(|| (class, i as usize + nx * j as usize))
+            })
+        })
     }
 
     fn stride(&self, drone: usize, direction: usize) -> Stride {

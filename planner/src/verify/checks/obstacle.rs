@@ -33,7 +33,7 @@ const MOST_PARTS: usize = 4_000_000;
 
 /// Tops of obstacles this near to a drone's own pad, seen from above, bear no tracking margin (m):
 /// it stands there. Chosen here.
-const PAD_M: f64 = 0.5;
+pub const PAD_M: f64 = 0.5;
 
 /// A rule about one body and one solid: which violation it is, and how near the centre may come.
 struct Rule<'a> {

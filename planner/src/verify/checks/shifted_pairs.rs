@@ -41,7 +41,10 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Foun
     let mut found = Vec::new();
     // By drone and then by time: see `encounters`.
     let after = near.partition_point(|encounter| encounter.other <= k);
-    for same in near[after..].chunk_by(|a, b| a.other == b.other) {
+    let before = near.partition_point(|encounter| encounter.other < k);
+    for same in ([&near[after..], &near[..before]].into_iter())
+        .flat_map(|near| near.chunk_by(|a, b| a.other == b.other))
+    {
         let other = &scene.flights[same[0].other];
         let pair = Pair {
             scene,
@@ -50,24 +53,12 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Foun
             shift_s: (-margin_s, margin_s),
             tracking_m: scene.margins.tracking_m,
         };
-        let bodies = pair.meeting(same, &Pair::bodies);
-        let sum_m = one.body_radius_m + other.body_radius_m;
-        found.extend(pair.told(bodies, ViolationKind::CollisionMargin, (sum_m, TOUCH_M)));
-        if margin_s > 0.0 {
-            let below = pair.meeting(same, &Pair::column);
-            found.extend(pair.told(below, ViolationKind::ColumnMargin, (0.0, SAME_PLACE_M)));
+        if same[0].other > k {
+            let bodies = pair.meeting(same, &Pair::bodies);
+            let sum_m = one.body_radius_m + other.body_radius_m;
+            found.extend(pair.told(bodies, ViolationKind::CollisionMargin, (sum_m, TOUCH_M)));
         }
-    }
-    if margin_s > 0.0 {
-        let before = near.partition_point(|encounter| encounter.other < k);
-        for same in near[..before].chunk_by(|a, b| a.other == b.other) {
-            let pair = Pair {
-                scene,
-                one,
-                other: &scene.flights[same[0].other],
-                shift_s: (-margin_s, margin_s),
-                tracking_m: scene.margins.tracking_m,
-            };
+        if margin_s > 0.0 {
             let below = pair.meeting(same, &Pair::column);
             found.extend(pair.told(below, ViolationKind::ColumnMargin, (0.0, SAME_PLACE_M)));
         }

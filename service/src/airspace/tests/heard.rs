@@ -90,7 +90,7 @@ fn retask(drone: &str, to_m: [f64; 3]) -> Vec<OneChange> {
 
 /// A drone like those of the planner, in straight flight.
 fn flies(area: &Area, name: &str, points: &[(f64, [f64; 3])]) -> DronePlan {
-    let like = area.plan().drones[0].clone();
+    let like = area.running.plan().drones[0].clone();
     let mass_kg = like.airframe.mass_kg;
     DronePlan {
         name: name.to_owned(),
@@ -194,7 +194,7 @@ fn of_two_hand_overs_at_once_that_exclude_one_another_one_is_flown() {
 fn who_gives_way_flies_what_it_has_flown_so_far() {
     let mut area = planner(&PAIR, "a0-0", [1.5, 1.5, 2.5]);
     assert_eq!(area.ask(0.0, retask("a0-0-0", [4.5, 14.5, 2.5])), Ok(true));
-    let before = area.plan().clone();
+    let before = area.running.plan().clone();
     let ends_s = *of(&before, "a0-0-0").trajectory.t_s.last().unwrap();
     let now_s = 3.0;
     let ahead_m = at_m(&before, "a0-0-0", now_s + 0.6 * (ends_s - now_s));
@@ -208,7 +208,7 @@ fn who_gives_way_flies_what_it_has_flown_so_far() {
     );
     assert_eq!(area.counts().gave_way, 1);
     for t_s in [0.5, 1.0, 1.5, 2.0, 2.5, 3.0] {
-        let [was, is] = [&before, area.plan()].map(|it| at_m(it, "a0-0-0", t_s));
+        let [was, is] = [&before, area.running.plan()].map(|it| at_m(it, "a0-0-0", t_s));
         assert!((was - is).norm() < 1e-6, "at {t_s} s: {was} and {is}");
     }
     let (drone, by_s) = ("a0-0-0".to_owned(), 0.1);
@@ -241,7 +241,7 @@ fn a_third_learns_of_a_hand_over_from_the_border_where_the_word_of_it_is_lost() 
         Says::Border(Border { settled, ..told }),
     );
     assert_eq!(contradiction(&area), None);
-    assert_eq!(of(area.plan(), "d").trajectory, new.trajectory);
+    assert_eq!(of(area.running.plan(), "d").trajectory, new.trajectory);
 }
 
 #[test]
@@ -277,7 +277,7 @@ fn a_drone_that_was_taken_and_handed_on_is_not_its_first_owners_again() {
     hear(&mut area, 14.0, "a1-0", Says::Border(offering.clone()));
     area.tick(14.1);
     assert_eq!(proposed(&mut area), []);
-    assert_eq!(of(area.plan(), "d").trajectory, third.trajectory);
+    assert_eq!(of(area.running.plan(), "d").trajectory, third.trajectory);
     let tells = |area: &Area| {
         area.border("a1-0", 14.0)
             .drones
@@ -299,8 +299,8 @@ fn a_drone_that_was_taken_and_handed_on_is_not_its_first_owners_again() {
     assert_eq!(contradiction(&area), None);
     let journal = area.take_records().into_iter();
     journal.for_each(|it| again.replay(it).unwrap());
-    assert_eq!(again.plan(), area.plan());
-    assert_eq!(again.revision(), area.revision());
+    assert_eq!(again.running.plan(), area.running.plan());
+    assert_eq!(again.revision, area.revision);
     assert!(!tells(&again));
 }
 
@@ -311,13 +311,13 @@ fn what_a_border_leaves_out_is_not_there_any_more() {
         [(0.0, [14.5, 3.5, 2.5]), (5.5, [14.5, 12.5, 2.5])].map(|at| flies(&area, "x", &[at]));
     hear(&mut area, 1.0, "a1-0", Says::Border(border(1.0, 1, &[x])));
     hear(&mut area, 3.0, "a1-0", Says::Border(border(3.0, 2, &[])));
-    let gone = of(area.plan(), "x");
+    let gone = of(area.running.plan(), "x");
     assert_eq!(gone.at_end, AtEnd::Leave);
     assert!(*gone.trajectory.t_s.last().unwrap() <= 3.01);
     let told = border(5.6, 3, std::slice::from_ref(&again));
     hear(&mut area, 5.6, "a1-0", Says::Border(told));
     assert_eq!(contradiction(&area), None);
-    assert_eq!(of(area.plan(), "x").trajectory, again.trajectory);
+    assert_eq!(of(area.running.plan(), "x").trajectory, again.trajectory);
 }
 
 #[test]
@@ -342,18 +342,18 @@ fn a_delay_is_heard_however_long_and_a_jump_is_not() {
     };
     hear(&mut area, 8.4, "a1-0", fact(2, &x));
     assert_eq!(contradiction(&area), None);
-    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    assert_eq!(of(area.running.plan(), "x").trajectory, x.trajectory);
     let mut points = late.to_vec();
     points.insert(4, (8.51, [4.5, 5.5, 2.5]));
     let jumps = flies(&area, "x", &points);
     hear(&mut area, 8.6, "a1-0", fact(3, &jumps));
     assert!(contradiction(&area).is_some_and(|it| it.contains("`x`")));
-    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    assert_eq!(of(area.running.plan(), "x").trajectory, x.trajectory);
     // Nor where it jumps later on.
     let ahead = [(0.0, from), (8.6, waits), (12.0, waits), (12.01, to)];
     let jumps = flies(&area, "x", &ahead);
     hear(&mut area, 8.6, "a1-0", fact(3, &jumps));
-    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    assert_eq!(of(area.running.plan(), "x").trajectory, x.trajectory);
 }
 
 #[test]
@@ -429,7 +429,7 @@ fn another_load_or_airframe_in_a_border_is_noticed() {
             Says::Border(border(1.0, revision, drones)),
         );
         assert_eq!(contradiction(area), None);
-        let known = of(area.plan(), "x");
+        let known = of(area.running.plan(), "x");
         assert_eq!(known.trajectory, x.trajectory);
         assert_eq!(known.airframe, x.airframe);
         assert_eq!(known.air_limit, x.air_limit);
@@ -560,7 +560,7 @@ fn a_drone_is_heard_again_wherever_it_may_have_flown_meanwhile() {
     };
     hear(&mut area, 20.0, "a1-0", told(20.0, 2, &x));
     assert_eq!(contradiction(&area), None);
-    assert_eq!(of(area.plan(), "x").trajectory, x.trajectory);
+    assert_eq!(of(area.running.plan(), "x").trajectory, x.trajectory);
     // Not so far in a moment.
     let x = flies(&area, "x", &[(0.0, [21.5, 14.5, 2.5])]);
     hear(&mut area, 20.1, "a1-0", told(20.1, 3, &x));
@@ -583,7 +583,7 @@ fn who_has_promised_a_drone_hears_the_planner_that_has_it_from_the_one_that_took
     let told = border(16.0, 1, &[on, y.clone()]);
     hear(&mut area, 16.0, "a1-1", Says::Border(told));
     assert_eq!(contradiction(&area), None);
-    assert_eq!(of(area.plan(), "y").trajectory, y.trajectory);
+    assert_eq!(of(area.running.plan(), "y").trajectory, y.trajectory);
     let (number, is_flown) = (1, true);
     hear(
         &mut area,
@@ -692,7 +692,7 @@ fn a_drone_that_changes_hands_hovers_in_both_plans_until_it_is_flown_on() {
         Says::Settle(Settled { number, is_flown }),
     );
     for area in [&first, &taker] {
-        let entry = of(area.plan(), "a0-0-0");
+        let entry = of(area.running.plan(), "a0-0-0");
         assert_eq!(entry.trajectory.t_s[0], 0.0, "{}", area.name());
         assert_eq!(entry.trajectory.position_m(from_s), Some(here.into()));
         assert_eq!(entry.trajectory.position_m.last(), Some(&task.into()));
