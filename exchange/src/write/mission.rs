@@ -265,7 +265,7 @@ fn ms(hold_s: f64) -> f64 {
 
 /// Of a line its ends and the places without which it would be farther than [`LINE_M`] off (D. H.
 /// Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points required to
-/// represent a digitized line", Cartographica 10, 1973).
+/// represent a digitized line", Cartographica 10, 1973), or go back along itself by as much.
 fn corners(line: &[Point3<f64>]) -> Vec<Point3<f64>> {
     let mut is_kept = vec![false; line.len()];
     let last = line.len() - 1;
@@ -275,7 +275,8 @@ fn corners(line: &[Point3<f64>]) -> Vec<Point3<f64>> {
         let off_m = |k: usize| distance_m(line[k], [line[a], line[b]]);
         let between = (a + 1..b).map(|k| (off_m(k), k));
         let farthest = between.max_by(|x, y| x.0.total_cmp(&y.0));
-        if let Some((_, k)) = farthest.filter(|it| it.0 > LINE_M) {
+        let farthest = farthest.filter(|it| it.0 > LINE_M).map(|(_, k)| k);
+        if let Some(k) = farthest.or_else(|| turns_back(line, a, b)) {
             is_kept[k] = true;
             open.extend([(a, k), (k, b)]);
         }
@@ -284,10 +285,35 @@ fn corners(line: &[Point3<f64>]) -> Vec<Point3<f64>> {
     kept.map(|it| *it.0).collect()
 }
 
+/// Between two places of a line that lies along the way from one to the other, where it turns back
+/// on that way by more than [`LINE_M`] first.
+fn turns_back(line: &[Point3<f64>], a: usize, b: usize) -> Option<usize> {
+    let way = (line[b] - line[a]).try_normalize(0.0)?;
+    let along_m = |k: usize| (line[k] - line[a]).dot(&way);
+    let mut ahead = a;
+    for k in a + 1..b {
+        if along_m(k) > along_m(ahead) {
+            ahead = k;
+        } else if along_m(ahead) - along_m(k) > LINE_M {
+            return Some(ahead);
+        }
+    }
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::course::Piece;
+
+    #[test]
+    fn a_line_that_goes_to_and_fro_keeps_each_turn() {
+        let place = |x_m: f64| Point3::new(x_m, 2.0, 3.0);
+        let line = [0.0, 4.0, 9.0, 4.0, 0.0, 4.0, 9.0].map(place);
+        assert_eq!(corners(&line), [0.0, 9.0, 0.0, 9.0].map(place));
+        let halfway = [0.0, 6.0, 3.0, 9.0].map(place);
+        assert_eq!(corners(&halfway), halfway);
+    }
 
     fn course(pieces: Vec<Piece>) -> Course {
         Course {
