@@ -55,7 +55,12 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Controllers::Px4)]
     controller: Controllers,
     /// What drones know of the air, one or several; without feed-forward is flown in any case
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [FeedForwardChoice::Paper, FeedForwardChoice::Late, FeedForwardChoice::Matched])]
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "paper,late,matched"
+    )]
     feed_forward: Vec<FeedForwardChoice>,
     /// Speed of the air in wakes over that of the centreline, one or several, 0.05 to 1000
     /// [default: the plan's range, else 1 and 0.6]

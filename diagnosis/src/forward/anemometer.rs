@@ -148,8 +148,8 @@ impl Seen {
 }
 
 /// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time, with
-/// what was `looked` for from them, with the lag and the clock of an instrument, before what else is
-/// wrong with it; `None` where some drone's place is not known.
+/// what was `looked` for from them, with the lag and the clock of an instrument, before what else
+/// is wrong with it; `None` where some drone's place is not known.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,

@@ -12,6 +12,7 @@ use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::forward::observed::PROBE;
+use crate::infer::diagnose::departing;
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, Tried, beyond_closure, closure};
 use crate::statistics::bursts::bursts;
@@ -80,6 +81,9 @@ pub struct Shape {
     pub spans_s: Vec<[f64; 2]>,
     /// Whether it predicts blocks that were not fitted. What does not is there all the same.
     pub is_predictable: bool,
+    /// Root mean square of the correction over that of the recorded values, where it is more than
+    /// half a standard deviation, or of all where it nowhere is.
+    pub part: f64,
     /// The trees' correction of each sample, held out, in the channel's unit, on top of what the
     /// chosen terms predict with gain and offset.
     #[serde(skip)]
@@ -96,7 +100,17 @@ pub struct Shape {
 /// here.
 const OF_A_PROBE: f64 = 0.2;
 
+/// Part of what is read below which something without a name is too small to matter for planning:
+/// as of `sensor_gain`.
+const PRACTICAL_PART: f64 = 0.07;
+
 impl Shape {
+    /// Whether it is there, and too small to matter for planning: a label.
+    #[must_use]
+    pub fn is_small(&self) -> bool {
+        self.part < PRACTICAL_PART
+    }
+
     /// Whether it depends on which probe reads: on an instrument, or on what stands in its place.
     #[must_use]
     pub fn is_of_a_probe(&self) -> bool {
@@ -300,6 +314,7 @@ fn instrument(setting: &Setting, selection: &Selection) -> Option<Shape> {
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: true,
+        part: part(setting, &correction),
         // The curve stands in the place of the chosen terms, not on top of them.
         correction,
         left: found.left,
@@ -359,6 +374,18 @@ fn unexplained(setting: &Setting, selection: &Selection, left: &HeldOut) -> Opti
             },
         },
     )
+}
+
+/// See [`Shape::part`].
+fn part(setting: &Setting, correction: &[f64]) -> f64 {
+    let recorded = setting.observed.recorded();
+    let inside = departing(&vec![0.0; correction.len()], correction, setting.noise.sd());
+    let inside = match inside.is_empty() {
+        true => (0..correction.len()).collect(),
+        false => inside,
+    };
+    let of = |values: &[f64]| inside.iter().map(|&i| values[i].powi(2)).sum::<f64>();
+    (of(correction) / of(&recorded).max(f64::MIN_POSITIVE)).sqrt()
 }
 
 /// Whether a gain of trees is more than chance.
@@ -422,6 +449,7 @@ fn not_predictable(correction: Vec<f64>, rest: Vec<f64>, fit: &Fit) -> Shape {
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: false,
+        part: 0.0,
         correction,
         left: rest,
         tolerance: fit.tolerance.clone(),
@@ -478,6 +506,7 @@ fn pulsation(setting: &Setting, fit: &Fit, rhythms: &[Rhythm], frequency_hz: f64
         period_s: Some(frequency_hz.recip()),
         spans_s: Vec::new(),
         is_predictable: true,
+        part: part(setting, &correction),
         left: difference(&left, &correction),
         correction,
         tolerance: fit.tolerance.clone(),
@@ -534,6 +563,7 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: true,
+        part: part(setting, &held_out.predictions),
         left: difference(&rest, &held_out.predictions),
         correction: held_out.predictions.clone(),
         tolerance: selection.chosen.fit.tolerance.clone(),

@@ -469,6 +469,14 @@ fn outside(finding: &Finding, shape: &Shape) -> Vec<String> {
         ),
         None => "No short expression predicts it.".to_owned(),
     });
+    lines.push(format!(
+        "Where it shows it changes what is read by {:.0} %{}.",
+        100.0 * shape.part,
+        match shape.is_small() {
+            true => ": present, too small to matter for planning",
+            false => "",
+        }
+    ));
     lines.push(
         "The correction that is drawn here holds where samples were taken and nowhere else; it cannot be flown."
             .to_owned(),
@@ -648,6 +656,10 @@ fn remains(finding: &Finding) -> Vec<Part> {
     let remains = &finding.remains;
     let [gain, error] = [remains.gain, remains.gain_error];
     let text = match remains.is_sure {
+        // In a few blocks it gains much.
+        false if gain > error.max(1.0) => format!(
+            "Nothing more that surely repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen, too much in some and too little in others."
+        ),
         false => format!(
             "Nothing more that repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen."
         ),

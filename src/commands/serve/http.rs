@@ -23,8 +23,9 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use serde_json::json;
 use service::message::{Answer as Told, Code, MOST_BYTES, PROTOCOL};
 use sha2::{Digest as _, Sha256};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
-use tokio::sync::{oneshot, watch};
+use tokio::sync::{Semaphore, oneshot, watch};
 use tokio::task::JoinSet;
 use tokio::time::{timeout, timeout_at};
 use tokio_io_timeout::TimeoutStream;
@@ -53,6 +54,10 @@ const MOST_HELD_BYTES: usize = 2 * MOST_BYTES;
 const GRACE: Duration = Duration::from_secs(9);
 /// And what the request that is worked on gets of it, however long others took: chosen here.
 const LEAST_GRACE: Duration = Duration::from_secs(1);
+/// How long what a connection sends is read that is turned away, and how many are read from at a
+/// time: chosen here, a small request on a bad link.
+const TURNED_AWAY: Duration = Duration::from_secs(1);
+const MOST_TURNED_AWAY: usize = 64;
 /// Fewest characters of a token. Chosen here: 64 bits in hexadecimal digits.
 const FEWEST_TOKEN_CHARS: usize = 16;
 /// Most bytes of a file with a token.
@@ -268,6 +273,7 @@ async fn accept(
 ) -> std::io::Result<()> {
     let listener = tokio::net::TcpListener::from_std(listener)?;
     let mut all = JoinSet::new();
+    let turning = Arc::new(Semaphore::new(MOST_TURNED_AWAY));
     loop {
         let (stream, peer) = tokio::select! {
             _ = stopped.wait_for(|it| *it) => break,
@@ -284,13 +290,13 @@ async fn accept(
         };
         let Some(place) = context.connections.take(peer.ip()) else {
             context.figures.answered("none", &Code::Busy.name());
-            let body = bytes_of(&Told::refused(Code::Busy, "too many connections"));
-            let head = format!(
-                "HTTP/1.1 429 Too Many Requests\r\ncontent-type: application/json\r\n\
-                 content-length: {}\r\nretry-after: 1\r\nconnection: close\r\n\r\n",
-                body.len()
-            );
-            let _ = stream.try_write(&[head.as_bytes(), &body].concat());
+            let turned = turned_away(stream);
+            if let Ok(permit) = Arc::clone(&turning).try_acquire_owned() {
+                all.spawn(async move {
+                    turned.await;
+                    drop(permit);
+                });
+            }
             continue;
         };
         let context = Arc::clone(&context);
@@ -312,6 +318,24 @@ async fn accept(
     let until = until.max(tokio::time::Instant::now() + LEAST_GRACE);
     let _ = timeout_at(until, ended).await;
     Ok(())
+}
+
+/// Tells a connection for which there is no place so. What it sends is read for a while: bytes that
+/// nobody reads reset it before its end sees the answer.
+async fn turned_away(mut stream: TcpStream) {
+    let body = bytes_of(&Told::refused(Code::Busy, "too many connections"));
+    let head = format!(
+        "HTTP/1.1 429 Too Many Requests\r\ncontent-type: application/json\r\n\
+         content-length: {}\r\nretry-after: 1\r\nconnection: close\r\n\r\n",
+        body.len()
+    );
+    let told = async {
+        stream.write_all(&[head.as_bytes(), &body].concat()).await?;
+        stream.shutdown().await?;
+        let mut sent = stream.take(MOST_BYTES as u64);
+        tokio::io::copy(&mut sent, &mut tokio::io::sink()).await
+    };
+    let _ = timeout(TURNED_AWAY, told).await;
 }
 
 /// One connection, to its end.

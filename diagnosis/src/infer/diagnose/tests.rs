@@ -394,6 +394,7 @@ fn no_sweep_of_time_or_azimuth_is_advised_and_probes_are_swapped() {
         period_s: None,
         spans_s: Vec::new(),
         is_predictable: true,
+        part: 0.5,
         correction: Vec::new(),
         left: Vec::new(),
         tolerance: vec![[0.0; 2]],

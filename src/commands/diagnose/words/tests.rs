@@ -51,6 +51,7 @@ fn shape(random: &mut Draws) -> Shape {
             false => vec![[3.0, 9.0]],
         },
         is_predictable,
+        part: 0.04,
         correction: Vec::new(),
         left: Vec::new(),
         tolerance: vec![[0.02, 0.01]],
