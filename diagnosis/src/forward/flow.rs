@@ -128,8 +128,8 @@ pub struct Wakes {
 }
 
 /// How far (m) a drone that hovers all the time may be from its mean place, but for this part of
-/// the time. Chosen here: the half-width of a jet some 2.5 m down, which changes with less by less
-/// than its own half.
+/// the time. Chosen here: hovers sway by centimetres, and a metre below an Offboard the jet's
+/// half-width is 0.2 m.
 const HOVERS_WITHIN_M: f64 = 0.2;
 const BUT_FOR: f64 = 0.02;
 
