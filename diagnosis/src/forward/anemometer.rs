@@ -226,9 +226,9 @@ struct Late {
 /// The moments at which readings through the low-passes ask for the air.
 #[derive(Clone, Debug)]
 struct Course {
+    /// Time constant as declared (s).
+    tau_s: f64,
     late: Late,
-    /// As declared, and what comes on top.
-    taus_s: [f64; 2],
     /// In the order of time.
     moments: Vec<Moment>,
     /// Of each row, how many moments there are up to its own, the last of them.
@@ -295,8 +295,8 @@ impl Course {
     /// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
     fn new(probes: &Probes, rows: &[usize], late: Late) -> Course {
         let mut course = Course {
+            tau_s: probes.instrument.lowpass_tau_s,
             late,
-            taus_s: [probes.instrument.lowpass_tau_s, late.lag_s],
             moments: Vec::with_capacity(rows.len()),
             ends: Vec::with_capacity(rows.len()),
         };
@@ -323,12 +323,17 @@ impl Course {
 
     /// Whether readings follow the air at once.
     fn is_prompt(&self) -> bool {
-        self.taus_s == [0.0; 2]
+        self.taus_s() == [0.0; 2]
+    }
+
+    /// Time constants as declared, and what comes on top (s).
+    fn taus_s(&self) -> [f64; 2] {
+        [self.tau_s, self.late.lag_s]
     }
 
     /// From one sample to the next, through the air between them.
     fn add(&mut self, from: &ProbeSample, sample: &ProbeSample) {
-        let taus_s = self.taus_s;
+        let taus_s = self.taus_s();
         let tau_s = taus_s[0] + taus_s[1];
         let whole_s = sample.t_s - from.t_s;
         let span_s = whole_s.min(MEMORY * tau_s);

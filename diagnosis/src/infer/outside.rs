@@ -12,6 +12,7 @@ use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::forward::observed::PROBE;
+use crate::infer::candidates::GAIN;
 use crate::infer::diagnose::departing;
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, Tried, beyond_closure, closure};
@@ -101,8 +102,8 @@ pub struct Shape {
 const OF_A_PROBE: f64 = 0.2;
 
 /// Part of what is read below which something without a name is too small to matter for planning:
-/// as of `sensor_gain`.
-const PRACTICAL_PART: f64 = 0.07;
+/// as of a gain.
+const PRACTICAL_PART: f64 = GAIN.parameters[0].practical;
 
 impl Shape {
     /// Whether it is there, and too small to matter for planning: a label.

@@ -658,7 +658,7 @@ fn remains(finding: &Finding) -> Vec<Part> {
     let text = match remains.is_sure {
         // In a few blocks it gains much.
         false if gain > error.max(1.0) => format!(
-            "Nothing more that surely repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen, too much in some and too little in others."
+            "Nothing more that surely repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen, much in some and little in others."
         ),
         false => format!(
             "Nothing more that repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen."

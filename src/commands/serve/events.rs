@@ -56,7 +56,7 @@ impl Events {
 
     /// Tells all listeners; the number of those that were too far behind.
     pub(super) fn publish(&self, line: &str, event: &Event) -> u64 {
-        // A patch of a whole fleet takes its time: nobody waits for that.
+        // A patch of a whole fleet takes its time: no listener waits for that.
         let told = told(event);
         let mut inner = self.lock();
         if matches!(event, Event::Opened(_)) {

@@ -320,8 +320,8 @@ async fn accept(
     Ok(())
 }
 
-/// Tells a connection for which there is no place so. What it sends is read for a while: bytes that
-/// nobody reads reset it before its end sees the answer.
+/// Tells a connection for which there is no place so. What it sends is read for a while: unread
+/// bytes reset it before its end sees the answer.
 async fn turned_away(mut stream: TcpStream) {
     let body = bytes_of(&Told::refused(Code::Busy, "too many connections"));
     let head = format!(
