@@ -106,6 +106,11 @@ pub(crate) fn section(
             "{name} began at {t_s:.0} s of the recording that it was found in, which no other recording's clock tells: it is applied from the first second on."
         ))
     });
+    let of_one_probe = finding.of_one_probe.iter().map(|(name, id)| {
+        Part::Line(format!(
+            "{name} is a fault of probe {id} of the recording that it was found in: it is not applied."
+        ))
+    });
     let known = fitted(recordings, applied, finding);
     let again = (!known.is_empty()).then(|| {
         let names = joined(known, ", ");
@@ -121,6 +126,7 @@ pub(crate) fn section(
     };
     let mut parts = vec![Part::Line(what)];
     parts.extend(begun);
+    parts.extend(of_one_probe);
     parts.extend(again);
     parts.extend([
         Part::line(how),

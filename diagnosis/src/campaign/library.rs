@@ -6,8 +6,8 @@ use super::forces::Forces;
 use super::scatter::heaviest_n;
 use crate::infer::candidates::{
     BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG,
-    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, lag_factor, lean, merging,
-    shown, sizes_differ,
+    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Scope, Shows, lag_factor, lean,
+    merging, shown, sizes_differ,
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
@@ -121,7 +121,7 @@ fn downwash() -> Candidate {
         closure_error: 0.0,
         settled_by: "",
         change: Change::Hypothesis(|p, h| h.downwash = Some(p[0])),
-        since: None,
+        scope: Scope::Whole,
     }
 }
 

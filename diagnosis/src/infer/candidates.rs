@@ -8,7 +8,7 @@ mod shows;
 
 use airflow::effects::EffectSpec;
 
-pub use candidate::{Candidate, Change, Kind, Onset, Parameter};
+pub use candidate::{Candidate, Change, Kind, Onset, Parameter, Scope};
 pub(crate) use effects::{
     BODY_DRAG, GROUND_IMPINGEMENT, OF_THE_AIR, OF_THE_RECEIVER, OWN_MOTION, shown,
 };

@@ -12,17 +12,17 @@ use crate::forward::observed::{COVARIATES, Explained, MOST_SAMPLES, Observed, PR
 use crate::forward::simulate::Channel;
 use crate::infer::actuation::{self, Actuation, Cause, actuation};
 use crate::infer::advice::advice;
-use crate::infer::candidates::{Candidate, Kind, applicable};
+use crate::infer::candidates::{Candidate, Kind, Scope, applicable};
 use crate::infer::finding::{
     Detectable, Effect, Estimate, Finding, HeldOut, Ranked, Region, RunnerUp, Withdrawn, verdict,
 };
 use crate::infer::fit::{Fit, Setting, by_member};
 use crate::infer::intervals::half_widths;
 use crate::infer::noise::noise;
-use crate::infer::onset::{self, onsets};
 use crate::infer::outside::{
     Remains, Shape, global_test, is_beyond_doubt, is_sure, outside, standing,
 };
+use crate::infer::scopes::{self, in_parts};
 use crate::infer::select::{Selection, Singles, Tried, flexible, select, singles};
 use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::Recording;
@@ -199,17 +199,17 @@ pub fn diagnose_channel(
     let setting = Setting::new(&observed, &noise, &candidates, base);
     let test = global_test(&setting, &tried.nothing.fit);
     if test.is_significant {
-        let later = onsets(&setting, &tried);
-        candidates.extend(later);
+        let parts = in_parts(&setting, &tried);
+        candidates.extend(parts);
     }
     let setting = Setting::new(&observed, &noise, &candidates, base);
-    onset::add(&setting, &mut tried);
+    scopes::add(&setting, &mut tried);
     // What sets in part-way passed for noise until now.
     if let Some(clearer) = clearer(&observed, &noise, &tried) {
         noise = clearer;
         let setting = Setting::new(&observed, &noise, &candidates, base);
         tried = singles(&setting);
-        onset::add(&setting, &mut tried);
+        scopes::add(&setting, &mut tried);
     }
     let setting = Setting::new(&observed, &noise, &candidates, base);
     let mut selection = select(&setting, tried, test.p);
@@ -440,7 +440,8 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
     let of = |tried: &Tried| {
         let candidate = &candidates[tried.which[0]];
         let names = candidate.parameters.iter().map(|p| p.name.to_owned());
-        let since = candidate.since.map(|of| ("t0".to_owned(), of.at_s));
+        let since = candidate.scope.onset();
+        let since = since.map(|of| ("t0".to_owned(), of.at_s));
         Ranked {
             name: candidate.name.into(),
             gain: tried.gain.total,
@@ -451,6 +452,7 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
                 .chain(since)
                 .collect(),
             at_bound: candidate.is_at_bound(&tried.fit.values),
+            probe: candidate.scope.probe(),
         }
     };
     selection.singles.iter().map(of).collect()
@@ -460,7 +462,12 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
 /// the global test, beside what gain and offset may take.
 pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
     let clean = setting.observed.predict(&setting.base);
-    let always = || setting.candidates.iter().filter(|of| of.since.is_none());
+    let always = || {
+        setting
+            .candidates
+            .iter()
+            .filter(|of| of.scope == Scope::Whole)
+    };
     let laws = always().map(|of| of.starts.len()).sum();
     let tolerated = setting.tolerated(&clean);
     let of = |candidate: &Candidate| {
@@ -515,6 +522,7 @@ fn from_actuation(cause: &Cause, is_confirmed: bool) -> Effect {
         },
         parameters,
         too_small: false,
+        probe: None,
     }
 }
 
@@ -539,7 +547,9 @@ fn named(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<E
     let mut effects = effects(setting, &selection.chosen, alternatives);
     // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where
     // several lie at it.
-    let saturation = effects.iter_mut().find(|e| e.name == "sensor_saturation");
+    let is_of_all = |effect: &&mut Effect| effect.probe.is_none();
+    let mut saturation = effects.iter_mut().filter(is_of_all);
+    let saturation = saturation.find(|e| e.name == "sensor_saturation");
     if let Some(effect) = saturation {
         let since_s = effect.parameters.get("t0").map(|moment| moment.value);
         let level = effect.parameters.get_mut("y_max");
@@ -570,7 +580,7 @@ pub(crate) fn effects(
             estimate.at_bound = parameter.is_at_end(value);
             (parameter.name.to_owned(), estimate)
         });
-        let since = candidate.since.map(|of| {
+        let since = candidate.scope.onset().map(|of| {
             let [low, high] = of.ends_s;
             let moment = Estimate {
                 low,
@@ -580,9 +590,11 @@ pub(crate) fn effects(
             ("t0".to_owned(), moment)
         });
         let parameters = parameters.chain(since).collect();
-        let description = match candidate.since {
-            None => candidate.description.to_owned(),
-            Some(of) => format!("{}, from {:.0} s on", candidate.description, of.at_s),
+        let described = candidate.description;
+        let description = match candidate.scope {
+            Scope::Whole => described.to_owned(),
+            Scope::Since(of) => format!("{described}, from {:.0} s on", of.at_s),
+            Scope::Probe { id, .. } => format!("{described}, that of probe {id} alone"),
         };
         let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
         Effect {
@@ -593,6 +605,7 @@ pub(crate) fn effects(
             description,
             parameters,
             too_small: candidate.size(own) < 1.0,
+            probe: candidate.scope.probe(),
         }
     };
     let with_values = by_member(&members, &chosen.fit.values);

@@ -124,6 +124,24 @@ pub struct Effect {
     /// Present, and too small to matter for planning: a label, and no reason to take another.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub too_small: bool,
+    /// The number of the one probe whose fault it is; `None`: it is not that of one of several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<u32>,
+}
+
+impl Effect {
+    /// `crossflow`, or `sensor_gain of probe 3`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        label(&self.name, self.probe)
+    }
+}
+
+fn label(name: &str, probe: Option<u32>) -> String {
+    match probe {
+        Some(id) => format!("{name} of probe {id}"),
+        None => name.to_owned(),
+    }
 }
 
 /// A value with its 95 % interval and unit.
@@ -248,6 +266,17 @@ pub struct Ranked {
     pub parameters: BTreeMap<String, f64>,
     /// Whether what makes it up was driven to an end of its range: then it is not named.
     pub at_bound: bool,
+    /// As of [`Effect::probe`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probe: Option<u32>,
+}
+
+impl Ranked {
+    /// As [`Effect::label`].
+    #[must_use]
+    pub fn label(&self) -> String {
+        label(&self.name, self.probe)
+    }
 }
 
 /// An effect that was not taken, and might be there.

@@ -86,7 +86,7 @@ pub fn finding_ron(finding: &Finding) -> String {
                 "Of the air and of the drones in it: this is flown, from the first second on (t0 is a time of the recording).",
             ),
             "effects" => Some("Of the air and of the drones in it: this is flown."),
-            "sensor" => Some("Of the instruments: this is not flown."),
+            "sensor" => Some("Of all instruments: this is not flown."),
             "outside" => Some("Outside the library: this is not flown."),
             "region" => {
                 Some("Where the corrected simulation differs, and in what share of the samples.")
@@ -120,6 +120,9 @@ pub struct FindingFile {
     /// Those that began part-way through the recording that they were found in, each with when (s).
     /// Another recording's clock knows nothing of that: they are applied from its beginning on.
     pub begun: Vec<(String, f64)>,
+    /// Faults of one probe, each with its number there. They are not applied: which probe of
+    /// another recording it is, if any, is not known.
+    pub of_one_probe: Vec<(String, u32)>,
     /// Whether it was found from drones that fly alone: the wake itself is among the effects.
     pub is_alone: bool,
 }
@@ -158,6 +161,8 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         Some((effect.name.clone(), at.value))
     };
     let begun = named.iter().filter_map(moment).collect();
+    let of_probe = |effect: &Effect| Some((effect.name.clone(), effect.probe?));
+    let of_one_probe = named.iter().filter_map(of_probe).collect();
     // The one effect of the air that has its moment within.
     effects.payload_mass = effects
         .payload_mass
@@ -170,6 +175,7 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         },
         is_alone: wake.is_some(),
         begun,
+        of_one_probe,
         recordings,
         names: named.into_iter().map(|effect| effect.name).collect(),
     })
@@ -211,6 +217,7 @@ mod tests {
             description: "wind bends the jet".into(),
             parameters: BTreeMap::from([("wind_x".to_owned(), estimate)]),
             too_small: false,
+            probe: None,
         }
     }
 

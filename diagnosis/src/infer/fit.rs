@@ -21,7 +21,7 @@ use descent::Descent;
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::Channel;
-use crate::infer::candidates::{Candidate, Parameter};
+use crate::infer::candidates::{Candidate, Parameter, Scope};
 use crate::statistics::held_out::{FOLDS, log_densities};
 use crate::statistics::noise::Noise;
 use crate::statistics::quantile::difference;
@@ -139,31 +139,52 @@ impl<'a> Setting<'a> {
     }
 
     /// What everything together predicts at given values, one candidate after another, before gain
-    /// and offset; each counts from its own moment on.
+    /// and offset; each counts in its own scope.
     #[must_use]
     pub fn predicted(&self, members: &[&Candidate], values: &[f64]) -> Vec<f64> {
-        let moment = |member: &Candidate| member.since.map_or(f64::NEG_INFINITY, |of| of.at_s);
-        let mut moments_s: Vec<f64> = members.iter().map(|member| moment(member)).collect();
-        moments_s.push(f64::NEG_INFINITY);
-        moments_s.sort_by(f64::total_cmp);
-        moments_s.dedup();
-        let mut predicted = Vec::new();
-        for from_s in moments_s {
+        if members.iter().all(|of| of.scope == Scope::Whole) {
+            return self.observed.predict(&self.hypothesis(members, values));
+        }
+        // For each value, in whose scopes it is: one bit a member.
+        let bits_of = |i: usize| {
+            let holds = |of: &Candidate| of.scope.holds(self.times_s[i], self.instrument_of[i]);
+            let members = members.iter().enumerate();
+            members.fold(0u32, |bits, (k, of)| bits | u32::from(holds(of)) << k)
+        };
+        let of_value: Vec<u32> = (0..self.times_s.len()).map(bits_of).collect();
+        let mut all = of_value.clone();
+        all.sort_unstable();
+        all.dedup();
+        let mut predicted = vec![0.0; of_value.len()];
+        for bits in all {
             let mut hypothesis = self.base;
-            let begun = by_member(members, values).filter(|(of, _)| moment(of) <= from_s);
-            begun.for_each(|(of, own)| of.set(own, &mut hypothesis));
-            let now = self.observed.predict(&hypothesis);
-            if predicted.is_empty() {
-                predicted = now;
-                continue;
+            for (k, (of, own)) in by_member(members, values).enumerate() {
+                if bits >> k & 1 != 0 {
+                    of.set(own, &mut hypothesis);
+                }
             }
+            let now = self.observed.predict(&hypothesis);
             for (i, now) in now.into_iter().enumerate() {
-                if self.times_s[i] >= from_s {
+                if of_value[i] == bits {
                     predicted[i] = now;
                 }
             }
         }
         predicted
+    }
+
+    /// How many instruments read.
+    pub(crate) fn instrument_count(&self) -> usize {
+        self.instruments
+    }
+
+    /// Values as they are where a scope holds, and 0 elsewhere.
+    pub(crate) fn in_scope(&self, scope: &Scope, values: &[f64]) -> Vec<f64> {
+        let holds = |i: usize| scope.holds(self.times_s[i], self.instrument_of[i]);
+        let values = values.iter().enumerate();
+        values
+            .map(|(i, value)| if holds(i) { *value } else { 0.0 })
+            .collect()
     }
 
     /// Cost of predictions read with a gain and an offset: twice a negative log likelihood.

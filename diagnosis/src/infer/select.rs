@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::forward::hypothesis::Hypothesis;
-use crate::infer::candidates::{Candidate, Kind};
+use crate::infer::candidates::{Candidate, Kind, Scope};
 use crate::infer::fit::{Fit, Setting, by_member};
 use crate::statistics::held_out::Gain;
 use crate::statistics::quantile::{difference, root_mean_square};
@@ -131,9 +131,15 @@ pub struct Tried {
 }
 
 impl Setting<'_> {
-    /// What a fit says is there, on top of the base.
+    /// What a fit says is there, on top of the base, but for what is of one probe.
     pub(crate) fn explanation(&self, tried: &Tried) -> Hypothesis {
-        self.hypothesis(&tried.members(self.candidates), &tried.fit.values)
+        let mut hypothesis = self.base;
+        for (of, own) in by_member(&tried.members(self.candidates), &tried.fit.values) {
+            if of.scope.probe().is_none() {
+                of.set(own, &mut hypothesis);
+            }
+        }
+        hypothesis
     }
 }
 
@@ -219,7 +225,7 @@ pub fn singles(setting: &Setting) -> Singles {
         practical: true,
     };
     let alone = setting.candidates.par_iter().enumerate();
-    let alone = alone.filter(|(_, of)| of.since.is_none());
+    let alone = alone.filter(|(_, of)| of.scope == Scope::Whole);
     let alone = alone.filter_map(|(k, of)| attempt(setting, &nothing, &[k], &of.starts));
     let mut singles: Vec<Tried> = alone.collect();
     singles.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));
@@ -493,10 +499,11 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Whether two candidates are two effects, and not one from two moments on.
+    /// Whether two candidates are two effects, and not one in two parts: faults of two probes are.
     fn are_two(&self, a: usize, b: usize) -> bool {
-        let candidates = self.setting.candidates;
-        candidates[a].name != candidates[b].name
+        let [a, b] = [a, b].map(|k| &self.setting.candidates[k]);
+        let probes = [a.scope.probe(), b.scope.probe()];
+        a.name != b.name || probes[0].is_some() && probes[1].is_some() && probes[0] != probes[1]
     }
 
     fn alone(&self, k: usize) -> Option<&Tried> {

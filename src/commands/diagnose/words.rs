@@ -36,12 +36,12 @@ pub(super) fn report(name: &str, what: String, finding: &Finding, drawn: Vec<Fig
 
 /// The answer in a line.
 pub(super) fn verdict(finding: &Finding) -> String {
-    let first = joined(finding.effects.iter().map(|effect| &effect.name), " and ");
+    let first = joined(finding.effects.iter().map(Effect::label), " and ");
     match finding.verdict {
         _ if let Some(withdrawn) = &finding.withdrawn
             && finding.shape.is_none() =>
         {
-            let names = joined(withdrawn.effects.iter().map(|effect| &effect.name), " and ");
+            let names = joined(withdrawn.effects.iter().map(Effect::label), " and ");
             format!("{names} withdrawn: readings are predicted no better with it")
         }
         Verdict::None if is_unquiet(finding) => "no mismatch that repeats".into(),
@@ -49,8 +49,8 @@ pub(super) fn verdict(finding: &Finding) -> String {
         Verdict::Library => format!("{first}, {}", explained(finding)),
         Verdict::Ambiguous => {
             let either = |effect: &Effect| {
-                let all = std::iter::once(&effect.name).chain(&effect.alternatives);
-                joined(all, " or ")
+                let others = effect.alternatives.iter().cloned();
+                joined(std::iter::once(effect.label()).chain(others), " or ")
             };
             let or = joined(finding.effects.iter().map(either), "; and ");
             let which = match finding.channel {
@@ -191,8 +191,8 @@ pub(super) fn summary(found: &[(&Recording, Finding)]) -> Report {
 /// `crossflow (or wake_tilt), payload_mass`.
 fn names(finding: &Finding) -> String {
     let name = |effect: &Effect| match effect.alternatives.is_empty() {
-        true => effect.name.clone(),
-        false => format!("{} (or {})", effect.name, effect.alternatives.join(", ")),
+        true => effect.label(),
+        false => format!("{} (or {})", effect.label(), effect.alternatives.join(", ")),
     };
     joined(finding.effects.iter().map(name), ", ")
 }
@@ -336,7 +336,7 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.extend(outside(finding, shape).into_iter().map(Part::Line));
     }
     for effect in &finding.effects {
-        let (name, description) = (&effect.name, &effect.description);
+        let (name, description) = (effect.label(), &effect.description);
         let size = match effect.too_small {
             true => " Present, too small to matter for planning.",
             false => "",
@@ -519,7 +519,7 @@ fn candidates(finding: &Finding) -> Vec<Part> {
             (false, _, false) => "too small to matter",
         };
         vec![
-            ranked.name.clone(),
+            ranked.label(),
             format!("{:+.1}", ranked.gain),
             format!("{:.1}", ranked.gain_error),
             joined(values, "  "),
@@ -535,13 +535,13 @@ fn candidates(finding: &Finding) -> Vec<Part> {
     vec![Part::Line(gain), table.shortened(SHOWN)]
 }
 
-/// Whether an effect is this candidate: from some moment on is another than always.
+/// Whether an effect is this candidate: from some moment on, or of one probe, is another.
 fn is_of(effect: &Effect, ranked: &Ranked) -> bool {
     let sets_in = [
         effect.parameters.contains_key("t0"),
         ranked.parameters.contains_key("t0"),
     ];
-    effect.name == ranked.name && sets_in[0] == sets_in[1]
+    effect.label() == ranked.label() && sets_in[0] == sets_in[1]
 }
 
 fn fit(finding: &Finding) -> String {

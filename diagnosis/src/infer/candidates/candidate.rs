@@ -62,8 +62,54 @@ pub struct Candidate {
     pub settled_by: &'static str,
     /// What values of its parameters change.
     pub change: Change,
-    /// When it sets in; `None`: it is there from the beginning.
-    pub since: Option<Onset>,
+    /// In which part of the recording it is there.
+    pub scope: Scope,
+}
+
+/// A part of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scope {
+    /// All of it.
+    Whole,
+    /// From a moment on.
+    Since(Onset),
+    /// What one of several probes reads.
+    Probe {
+        /// Which of the instruments, from 0.
+        index: usize,
+        /// Its number in the recording.
+        id: u32,
+    },
+}
+
+impl Scope {
+    /// Whether what an instrument reads at a time (s) is in it.
+    #[must_use]
+    pub fn holds(&self, t_s: f64, instrument: usize) -> bool {
+        match *self {
+            Scope::Whole => true,
+            Scope::Since(onset) => t_s >= onset.at_s,
+            Scope::Probe { index, .. } => instrument == index,
+        }
+    }
+
+    /// When it begins, if not with the recording.
+    #[must_use]
+    pub fn onset(&self) -> Option<Onset> {
+        match *self {
+            Scope::Since(onset) => Some(onset),
+            _ => None,
+        }
+    }
+
+    /// Of which probe it is, by its number, if not of all.
+    #[must_use]
+    pub fn probe(&self) -> Option<u32> {
+        match *self {
+            Scope::Probe { id, .. } => Some(id),
+            _ => None,
+        }
+    }
 }
 
 /// A moment at which something sets in.

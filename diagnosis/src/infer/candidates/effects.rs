@@ -4,7 +4,7 @@
 
 use airflow::effects::{EffectSpec, FitOver};
 
-use super::candidate::{Candidate, Change, Kind, Parameter};
+use super::candidate::{Candidate, Change, Kind, Parameter, Scope};
 use super::shows::Shows;
 
 /// One effect as a fit tries it. Numbers without a source are chosen here.
@@ -120,7 +120,7 @@ impl Trial {
             closure_error: self.closure_error,
             settled_by: self.settled_by,
             change: Change::Effect(spec),
-            since: None,
+            scope: Scope::Whole,
         }
     }
 }

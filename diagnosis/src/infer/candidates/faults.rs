@@ -2,7 +2,7 @@
 
 use airflow::effects::EntrainmentRadial;
 
-use super::candidate::{Candidate, Change, Kind, Parameter};
+use super::candidate::{Candidate, Change, Kind, Parameter, Scope};
 use super::effects::{MOTORS_OFF, ONE_AXIS, THERE_AND_BACK};
 use super::shows::Shows;
 use crate::forward::hypothesis::{CLOCK_RANGE_S, Hypothesis};
@@ -68,7 +68,7 @@ impl Fault {
                 false => OF_A_RECEIVER,
             },
             change: Change::Hypothesis(self.change),
-            since: None,
+            scope: Scope::Whole,
         }
     }
 }

@@ -8,9 +8,11 @@ use airflow::effects::{Crossflow, Effects, NearFieldShape};
 use nalgebra::Vector3;
 
 use super::*;
+use crate::forward::hypothesis::Sensor;
 use crate::forward::simulate::{Sample, simulate};
 use crate::infer::advice::narrowing;
 use crate::infer::finding::Verdict;
+use crate::infer::finding_file::{finding_ron, read_finding};
 use crate::infer::outside::EXPECTED_READING;
 use crate::record::baseline::Delay;
 use crate::record::read::read_folder;
@@ -378,6 +380,30 @@ fn probes_that_are_off_each_within_its_tolerance_are_no_mismatch() {
     let found = diagnose(&read_of(two_probes(), 5, off)).expect("it can be compared");
     assert_eq!(found.verdict, Verdict::None, "{:?}", found.effects);
     assert_eq!(found.held_out.instruments, 2);
+}
+
+#[test]
+fn a_gain_of_one_of_several_probes_is_its_own_and_that_of_all_is_not() {
+    let one = |of: &Sample, _: &mut Draws| match of.subject {
+        1 => 1.3 * of.simulated,
+        _ => of.simulated,
+    };
+    let found = diagnose(&read_of(two_probes(), 6, one)).expect("it can be compared");
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.label(), "sensor_gain of probe 1");
+    let gain = &effect.parameters["g"];
+    assert!(gain.low <= 0.3 && 0.3 <= gain.high, "{gain:?}");
+    // It is not applied to other recordings, and said to be that probe's.
+    let file = read_finding(&finding_ron(&found)).expect("a finding");
+    assert_eq!(file.correction.sensor, Sensor::default());
+    assert_eq!(file.of_one_probe, [("sensor_gain".to_owned(), 1)]);
+
+    let all = |of: &Sample, _: &mut Draws| 1.3 * of.simulated;
+    let found = diagnose(&read_of(two_probes(), 6, all)).expect("it can be compared");
+    let labels = found.effects.iter().map(Effect::label);
+    assert_eq!(labels.collect::<Vec<String>>(), ["sensor_gain"]);
 }
 
 #[test]

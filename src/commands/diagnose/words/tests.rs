@@ -30,6 +30,7 @@ fn effect(name: &str, random: &mut Draws) -> Effect {
         name: name.into(),
         kind: Some([Kind::Physics, Kind::Sensor][random.index(2)]),
         too_small: false,
+        probe: None,
         alternatives: is_tied.then(|| "wander".to_owned()).into_iter().collect(),
         equation: "U -> q U".into(),
         description: "something happens".into(),
@@ -110,6 +111,7 @@ fn finding(seed: u64) -> Finding {
             practical: random.uniform() < 0.8,
             parameters: BTreeMap::from([("q".to_owned(), 1.0)]),
             at_bound: !is_taken && random.uniform() < 0.3,
+            probe: None,
         }
     };
     let candidates = candidates.iter().map(ranked).collect();
@@ -350,6 +352,7 @@ fn of_a_candidate_always_and_from_some_moment_on_the_one_that_was_taken_is_marke
         practical: true,
         parameters: names.iter().map(|name| ((*name).to_owned(), 1.0)).collect(),
         at_bound: false,
+        probe: None,
     };
     finding.candidates = vec![ranked(90.0, &["q", "t0"]), ranked(40.0, &["q"])];
     let text = text(&finding);
