@@ -134,6 +134,26 @@ fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
 }
 
 #[test]
+fn a_drone_steps_aside_for_one_with_an_appointment_and_comes_back() {
+    // They trade places through a corridor that neither can pass the other in.
+    let mut world = room(
+        [20.0, 6.0, 3.0],
+        vec![
+            drone("due", "kolibri", [1.0, 3.0, 1.0], [19.0, 3.0, 1.0]),
+            drone("other", "offboard-1", [19.0, 3.0, 1.0], [1.0, 3.0, 1.0]),
+        ],
+    );
+    world.drones[0].tasks[0].during_s = Some([15.0, 16.0]);
+    world.obstacles = vec![
+        block("south", [4.0, 0.0, 0.0], [16.0, 2.6, 3.0]),
+        block("north", [4.0, 3.4, 0.0], [16.0, 6.0, 3.0]),
+    ];
+    let plan = planned(&world);
+    assert!(plan.unplanned.is_empty(), "{:#?}", plan.unplanned);
+    assert_sound(&world, &plan);
+}
+
+#[test]
 fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
     let mut world = corridor_with_bay(false);
     // Too low to pass above one that hovers.

@@ -107,6 +107,9 @@ pub(crate) struct Setting<'a> {
     pub(crate) ends_at_goal: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
     pub(crate) careful: bool,
+    /// A place that was reached before is tried again for when it is free the next time, whichever
+    /// way it is come to: who steps aside comes back there. Else only along the first way.
+    pub(crate) comes_back: bool,
     /// States after which the search gives up.
     pub(crate) most_expansions: u64,
     /// Of them without tables, where what the tables let it find does not hold.
@@ -135,6 +138,7 @@ impl<'a> Setting<'a> {
             detours: true,
             ends_at_goal: false,
             careful: true,
+            comes_back: true,
             most_expansions: u64::MAX,
             most_untabulated: u64::MAX,
             judged_until: Tick(0),

@@ -205,6 +205,9 @@ impl<'a> Search<'a> {
             return None;
         }
         if self.nodes.is_reached(node, &found, &self.met) {
+            if self.setting.comes_back && found.step == Step::Move {
+                self.remember(label);
+            }
             return None;
         }
         self.expansions += 1;
@@ -392,7 +395,8 @@ impl<'a> Search<'a> {
                 expanded: None,
                 ..label
             };
-            if self.nodes.is_covered(node, &step) {
+            let is_covered = self.nodes.is_covered(node, &step);
+            if is_covered && !self.setting.comes_back {
                 return;
             }
             let Some(cost) = self.cost(node, &step) else {
@@ -401,6 +405,11 @@ impl<'a> Search<'a> {
             let total = weighted(cost, remaining, self.weight_shift);
             if total > most {
                 next = next.min(total);
+            } else if is_covered {
+                if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
+                    self.labels.push(step);
+                    self.remember(self.labels.len() as u32 - 1);
+                }
             } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
                 self.open.push(Open {
                     total,

@@ -28,6 +28,9 @@ const WEIGHT_GROWTH: u32 = 250;
 /// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
 /// planned evict no drone more than a few times.
 pub(super) const MOST_EVICTIONS: u32 = 24;
+/// Evictions from which on a drone looks for ways on which it steps aside and comes back. Chosen
+/// here: two that find no way but through each other, and few in a hall.
+const EVICTIONS_TO_COME_BACK: u32 = 3;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
 /// The same in a small fleet, where what is refused is tried again, and without tables, where a
@@ -242,6 +245,7 @@ impl<'a> Attempt<'a> {
             detours: self.detours,
             ends_at_goal: false,
             careful: false,
+            comes_back: false,
             most_expansions: self.most_expansions(),
             most_untabulated: match self.kept.is_empty() {
                 true => u64::MAX,
@@ -518,9 +522,13 @@ impl<'a> Attempt<'a> {
                 // Some take a hundred times as long as others.
                 .with_max_len(1)
                 .map(|drone| {
-                    let careful = self.careful[drone.0 as usize];
                     let agent = &self.agents[drone.0 as usize];
-                    let searched = search_out(Setting { careful, ..setting }, agent);
+                    let setting = Setting {
+                        careful: self.careful[drone.0 as usize],
+                        comes_back: self.evicted[drone.0 as usize] >= EVICTIONS_TO_COME_BACK,
+                        ..setting
+                    };
+                    let searched = search_out(setting, agent);
                     let reservation = match &searched.found {
                         Found::Path(path) => {
                             let flown = agent.flown(&path.legs).into_owned();
