@@ -572,11 +572,10 @@ impl FlownPlan {
             let changes = landings.changes();
             if changes.is_empty() {
                 let message = match &landings.without()[..] {
-                    [] if landings.are_under_way() => {
+                    [] => {
                         self.tell(at_s);
                         return Ok((self.unchanged(at_s), None));
                     }
-                    [] => "no drone flies".to_owned(),
                     drones => format!("there is no place to land for {}", drones.join(", ")),
                 };
                 return refused(Code::Change, "params", message);
