@@ -553,7 +553,7 @@ pub fn schema() -> schemars::Schema {
 pub fn arrivals_s(drone: &DronePlan) -> Vec<f64> {
     let times_s = &drone.trajectory.t_s;
     let points = times_s.len().min(drone.trajectory.position_m.len());
-    if drone.at_end == AtEnd::Land {
+    if drone.has_landed() {
         let descends = last_descent(drone);
         let below = (descends..points).map(|k| times_s[k]);
         let stands = standing_s(drone, descends);
