@@ -272,6 +272,8 @@ pub enum Exclusion {
         air_mps: f64,
         /// The zone's limit (m/s).
         limit_mps: f64,
+        /// It is the air of several, none of which breaks the limit alone; else this drone's.
+        together: bool,
     },
 }
 
@@ -647,11 +649,20 @@ impl fmt::Display for GoalConflict {
                     (None, _) => Ok(()),
                 }
             }
-            Exclusion::Zone { air_mps, limit_mps } => {
+            Exclusion::Zone {
+                air_mps,
+                limit_mps,
+                together,
+            } => {
                 let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
+                let others = if together {
+                    ", with that of others,"
+                } else {
+                    ""
+                };
                 write!(
                     f,
-                    "downwash from {of} of `{drone}` reaches {air_mps} m/s in {with}, \
+                    "downwash from {of} of `{drone}`{others} reaches {air_mps} m/s in {with}, \
                      which allows {limit_mps} m/s"
                 )
             }

@@ -884,7 +884,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::HIGHEST_M;
-    use crate::plan::cause::{FailureCause, Remedy};
+    use crate::plan::cause::{Exclusion, FailureCause, Remedy};
     use crate::plan::outcome::{Control, EndpointKind, Planned};
     use crate::scenario::read_world;
     use crate::scenario::world::{Obstacle, Solid, World};
@@ -967,6 +967,48 @@ mod tests {
             world.drones[0].tasks[task].to_m = conflict.nearest_fix_m.expect("a place near");
         }
         assert!(planned(&world).plan.is_safe());
+    }
+
+    #[test]
+    fn what_a_drone_brings_to_a_zone_is_told_of_it_and_not_of_those_that_bring_more() {
+        // Alone each of two breaks the limit; then neither, but both together.
+        let told = |drones: &[(&str, &str, &str, &str)], limit_mps: f64| {
+            let drones = drones.iter().map(|(name, airframe, start, to)| {
+                format!(
+                    r#"(name: "{name}", airframe: "{airframe}", start_m: {start}, tasks: [(to_m: {to})])"#
+                )
+            });
+            let text = format!(
+                r#"(name: "z", bounds_m: (min: (0, 0, 0), max: (20, 12, 6)),
+                zones: [(name: "people", min_m: (8, 4, 0), max_m: (10, 8, 2), air_limit_mps: {limit_mps})],
+                drones: [{}])"#,
+                drones.collect::<Vec<_>>().join(", ")
+            );
+            let worst = planned(&read_world(&text).expect("in order"))
+                .conflicts
+                .worst;
+            let told = worst.into_iter().map(|it| match it.why {
+                Exclusion::Zone {
+                    air_mps, together, ..
+                } => (air_mps, together, it.nearest_fix_m),
+                why => panic!("{why:?}"),
+            });
+            told.collect::<Vec<_>>()
+        };
+        let large = ("m", "matrice-300", "(1, 6, 5)", "(6.5, 6, 5)");
+        let small = ("k", "kolibri", "(1, 1, 1)", "(9, 6, 3)");
+        let [both, alone] = [told(&[large, small], 0.5), told(&[large], 0.5)];
+        assert_eq!(both[0], alone[0]);
+        assert!(!both[0].1 && both[0].0 < 1.0 && both[1].0 > 4.0, "{both:?}");
+        let beside = [
+            ("k", "kolibri", "(1, 1, 1)", "(9, 6, 5)"),
+            ("l", "kolibri", "(1, 4, 1)", "(9.45, 6, 5)"),
+        ];
+        let together = told(&beside, 2.4);
+        assert!(
+            matches!(together[..], [(2.4..2.6, true, _)]),
+            "{together:?}"
+        );
     }
 
     #[test]
