@@ -282,8 +282,10 @@ pub enum Exclusion {
 pub struct Hindrance {
     /// What it is.
     pub kind: HindranceKind,
-    /// How far the drone could get (m).
+    /// How far the drone could get, or where it comes nearest to the other as it lands (m).
     pub at_m: Point3<f64>,
+    /// It was in the way of its landing.
+    pub lands: bool,
     /// When it would have gone on (s).
     pub from_s: f64,
 }
@@ -676,8 +678,14 @@ impl fmt::Display for GoalConflict {
 
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Hindrance { kind, at_m, from_s } = self;
-        write!(f, "{kind} at {} from {from_s:.1} s on", place(at_m))
+        let Hindrance {
+            kind,
+            at_m,
+            lands,
+            from_s,
+        } = self;
+        let lands = if *lands { " as it lands," } else { "" };
+        write!(f, "{kind}{lands} at {} from {from_s:.1} s on", place(at_m))
     }
 }
 

@@ -752,7 +752,8 @@ pub struct UnplannedCause {
     pub kind: String,
     /// The name of the drone or zone in the way.
     pub blocker: Option<String>,
-    /// How far it could get, or the place that no path leads to, or that it cannot have (m).
+    /// How far it could get, or where it would meet the other as it lands, or the place that no
+    /// path leads to, or that it cannot have (m).
     #[schemars(with = "Option<[f64; 3]>")]
     pub at_m: Option<Point3<f64>>,
     /// When it would have gone on, or both were to be there (s).

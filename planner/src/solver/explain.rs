@@ -307,6 +307,7 @@ fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     Hindrance {
         kind,
         at_m: by.at_m,
+        lands: by.lands,
         from_s: by.at.seconds(),
     }
 }
