@@ -192,6 +192,8 @@ pub enum ClosedBy {
     Zones(Vec<String>),
     /// Solids, for a body of any size.
     Solids,
+    /// The clearance: with this one (m) there is a way.
+    Clearance(f64),
     /// A gap that is too narrow, or what was not found out.
     Gap,
 }
@@ -212,6 +214,11 @@ impl fmt::Display for ClosedBy {
                 )
             }
             ClosedBy::Solids => f.write_str("no body of any size fits through: open a way"),
+            ClosedBy::Clearance(clearance_m) => write!(
+                f,
+                "with planning: (clearance_m: {}) there is a way",
+                as_typed(*clearance_m)
+            ),
             ClosedBy::Gap => f.write_str("widen the gap, or fly a smaller airframe"),
         }
     }

@@ -360,7 +360,6 @@ impl Refusals<'_> {
         let typed = &world.drones[drone.0 as usize];
         let from_m = job.roadmap.position_m(from(task));
         let to_m = typed.tasks.get(task)?.to_m;
-        let radius_m = typed.vehicle.body_radius_m + world.planning.gap_to_solids_m();
         Some(MissingPath {
             from_m,
             task: task + 1,
@@ -372,7 +371,7 @@ impl Refusals<'_> {
                 None => self.extent(drone).unwrap_or(own),
             },
             closed_by: match closed {
-                Some(_) => closed_by(world, radius_m, [from_m, to_m]),
+                Some(_) => closed_by(world, typed.vehicle.body_radius_m, [from_m, to_m]),
                 None => ClosedBy::Gap,
             },
         })
@@ -849,8 +848,9 @@ fn beside(name: &str, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f
     (name.to_owned(), from_m.z - at_m.z, aside_m)
 }
 
-/// What closes the way between two places (m) that is closed for a ball (m).
-fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy {
+/// What closes the way between two places (m) that is closed for a body of this radius (m).
+fn closed_by(world: &World, body_radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy {
+    let radius_m = body_radius_m + world.planning.gap_to_solids_m();
     let is_open = |zones: &[Zone], radius_m: f64| {
         let among = World {
             zones: zones.to_vec(),
@@ -874,9 +874,15 @@ fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy
         }
         return ClosedBy::Zones(alone.into_iter().map(|it| it.name).collect());
     }
-    match is_open(&world.zones, LEAST_BODY_M) {
-        true => ClosedBy::Gap,
-        false => ClosedBy::Solids,
+    // Halved, and to the centimetre: it is typed. The tracking margin is kept in any case.
+    let least_m = world.planning.margins.tracking_m;
+    let halved = |clearance_m: &f64| Some((0.5e2 * clearance_m).floor() / 1e2);
+    let smaller_m = std::iter::successors(halved(&world.planning.clearance_m), halved);
+    let mut smaller_m = smaller_m.take_while(|clearance_m| *clearance_m > least_m);
+    match smaller_m.find(|it| is_open(&world.zones, body_radius_m + it)) {
+        Some(clearance_m) => ClosedBy::Clearance(clearance_m),
+        None if is_open(&world.zones, LEAST_BODY_M) => ClosedBy::Gap,
+        None => ClosedBy::Solids,
     }
 }
 
