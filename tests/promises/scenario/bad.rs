@@ -349,6 +349,12 @@ fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
                 "a task due upside down",
                 with_drone("start_m: (1, 1, 1), tasks: [(to_m: (2, 2, 2), during_s: (3, 2))]"),
             ),
+            (
+                "due while at another task",
+                with_drone(
+                    "start_m: (1, 1, 1), tasks: [\n      (to_m: (2, 2, 2), during_s: (30, 40)),\n      (to_m: (2, 2, 2), during_s: (35, 50)),\n      (to_m: (4, 4, 4), during_s: (20, 25))]",
+                ),
+            ),
         ]),
     );
 }
