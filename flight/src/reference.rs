@@ -79,7 +79,7 @@ impl Course {
         };
         let is_planned = !plan.unplanned.iter().any(|it| it.name == drone.name);
         let leaves = drone.at_end == AtEnd::Leave && is_planned;
-        let lands = drone.at_end == AtEnd::Land && is_planned;
+        let lands = drone.has_landed() && is_planned;
         let gone_s = if leaves { last_s } else { f64::INFINITY };
         let rests = drone.landed_s.iter();
         let rests_m = rests.filter_map(|rest_s| trajectory.position_m(0.5 * (rest_s.0 + rest_s.1)));

@@ -572,11 +572,10 @@ impl FlownPlan {
             let changes = landings.changes();
             if changes.is_empty() {
                 let message = match &landings.without()[..] {
-                    [] if landings.are_under_way() => {
+                    [] => {
                         self.tell(at_s);
                         return Ok((self.unchanged(at_s), None));
                     }
-                    [] => "no drone flies".to_owned(),
                     drones => format!("there is no place to land for {}", drones.join(", ")),
                 };
                 return refused(Code::Change, "params", message);
@@ -755,7 +754,7 @@ impl FlownPlan {
         if !new.is_empty() {
             // Why, where a drone has found no path.
             let out = told.refused.iter().map(|it| {
-                let place = place_of(&it.name, changes);
+                let place = place_of(&it.name, changes, |_| true);
                 refusal(Code::NoPlan, place, format!("`{}`: {}", it.name, it.reason))
             });
             let found = new.iter();
@@ -1079,14 +1078,30 @@ fn of_change(error: &ChangeError, changes: &[OneChange]) -> Refusal {
     let place = match (code, drone) {
         (Code::Time | Code::ClockBack, _) => "params.at_s".to_owned(),
         (_, None) => "params.changes".to_owned(),
-        (_, Some(name)) => place_of(name, changes),
+        (_, Some(name)) => place_of(name, changes, |it| can_be_meant(error, it)),
     };
     refusal(code, place, error.to_string())
 }
 
-/// Of a drone's change in a request; of one that is named twice the second is meant.
-fn place_of(name: &str, changes: &[OneChange]) -> String {
-    let last = changes.iter().rposition(|it| name_of(it) == name);
+/// Whether it may be this change of its drone that an error is about.
+fn can_be_meant(error: &ChangeError, change: &OneChange) -> bool {
+    match (error, change) {
+        (ChangeError::Delay { by_s, .. }, OneChange::Late(late)) => late.by_s == *by_s,
+        (ChangeError::Delay { .. }, _) => false,
+        (ChangeError::TooLarge { .. } | ChangeError::Known(_), _) => {
+            matches!(change, OneChange::Add(_))
+        }
+        (ChangeError::Misplaced { .. } | ChangeError::Number { .. }, _) => {
+            !matches!(change, OneChange::Late(_) | OneChange::Remove(_))
+        }
+        _ => true,
+    }
+}
+
+/// Of a drone's change in a request; of several that name it the last that can be meant.
+fn place_of(name: &str, changes: &[OneChange], is_meant: impl Fn(&OneChange) -> bool) -> String {
+    let mut changes = changes.iter();
+    let last = changes.rposition(|it| name_of(it) == name && is_meant(it));
     last.map_or("params.changes".to_owned(), |it| {
         format!("params.changes[{it}]")
     })

@@ -22,8 +22,6 @@ pub(crate) struct Landings {
     all: Vec<Landing>,
     /// Who stands on the ground and is to stay there.
     grounded: Vec<String>,
-    /// How many land already.
-    landing: usize,
     /// Columns that are taken for good: where, and the body's radius (m).
     taken: Vec<(Point3<f64>, f64)>,
     /// What stays clear between two bodies (m).
@@ -49,7 +47,6 @@ impl Landings {
         let mut landings = Landings {
             all: Vec::new(),
             grounded: Vec::new(),
-            landing: 0,
             taken: Vec::new(),
             gap_m: planning.clearance_m + 2.0 * planning.margins.tracking_m,
         };
@@ -67,7 +64,6 @@ impl Landings {
                     landings.grounded.push(entry.name.clone());
                 }
             } else if lands(entry, world, at_s) {
-                landings.landing += 1;
                 landings.taken.push((*last_m, radius_m));
             } else {
                 landings.all.push(Landing {
@@ -148,11 +144,6 @@ impl Landings {
         flying.chain(grounded).map(land).collect()
     }
 
-    /// Whether there are drones that land already.
-    pub(crate) fn are_under_way(&self) -> bool {
-        self.landing > 0
-    }
-
     /// Those that fly, and for which there is no place.
     pub(crate) fn without(&self) -> Vec<String> {
         let without = self.all.iter().filter(|it| it.chosen.is_none());
@@ -228,7 +219,6 @@ mod tests {
         let mut landings = Landings {
             all: ["a", "b", "c"].map(landing).into(),
             grounded: Vec::new(),
-            landing: 0,
             taken: Vec::new(),
             gap_m: 0.1,
         };

@@ -108,7 +108,16 @@ fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World
                 ),
             )
         }
-        Exclusion::Zone { air_mps, limit_mps } => {
+        Exclusion::Zone {
+            air_mps,
+            limit_mps,
+            together,
+        } => {
+            let others = if together {
+                ", with that of others,"
+            } else {
+                ""
+            };
             let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
             (
                 match is_inside(conflict.blocker, &here, world) {
@@ -116,7 +125,7 @@ fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World
                     false => format!("`{name}` {verb} above zone `{with}`"),
                 },
                 format!(
-                    "{at}: its downwash there reaches {air_mps} m/s, the limit is {limit_mps} m/s"
+                    "{at}: its downwash there{others} reaches {air_mps} m/s, the limit is {limit_mps} m/s"
                 ),
             )
         }

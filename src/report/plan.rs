@@ -240,7 +240,8 @@ fn waits(bottlenecks: &Bottlenecks) -> Option<String> {
 
 /// What improving a complete plan was good for.
 fn improved(plan: &Plan, improved_s: f64) -> String {
-    if improved_s == 0.0 {
+    // Less than is printed is none.
+    if improved_s < 0.05 {
         return "No better plan was found.".into();
     }
     let sum_s = plan.fleet.sum_of_arrivals_s;
@@ -335,6 +336,8 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         assert!(text.contains("... and 185 more, delayed less"), "{text}");
         let better = "sum of costs 3.5 s lower";
         assert!(text.contains(better), "{text}");
+        let plan = sample::hall(200);
+        assert_eq!(improved(&plan, 0.04), improved(&plan, 0.0));
     }
 
     #[test]

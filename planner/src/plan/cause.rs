@@ -192,6 +192,8 @@ pub enum ClosedBy {
     Zones(Vec<String>),
     /// Solids, for a body of any size.
     Solids,
+    /// The clearance: with this one (m) there is a way.
+    Clearance(f64),
     /// A gap that is too narrow, or what was not found out.
     Gap,
 }
@@ -212,6 +214,11 @@ impl fmt::Display for ClosedBy {
                 )
             }
             ClosedBy::Solids => f.write_str("no body of any size fits through: open a way"),
+            ClosedBy::Clearance(clearance_m) => write!(
+                f,
+                "with planning: (clearance_m: {}) there is a way",
+                as_typed(*clearance_m)
+            ),
             ClosedBy::Gap => f.write_str("widen the gap, or fly a smaller airframe"),
         }
     }
@@ -272,6 +279,8 @@ pub enum Exclusion {
         air_mps: f64,
         /// The zone's limit (m/s).
         limit_mps: f64,
+        /// It is the air of several, none of which breaks the limit alone; else this drone's.
+        together: bool,
     },
 }
 
@@ -280,8 +289,10 @@ pub enum Exclusion {
 pub struct Hindrance {
     /// What it is.
     pub kind: HindranceKind,
-    /// How far the drone could get (m).
+    /// How far the drone could get, or where it comes nearest to the other as it lands (m).
     pub at_m: Point3<f64>,
+    /// It was in the way of its landing.
+    pub lands: bool,
     /// When it would have gone on (s).
     pub from_s: f64,
 }
@@ -647,11 +658,20 @@ impl fmt::Display for GoalConflict {
                     (None, _) => Ok(()),
                 }
             }
-            Exclusion::Zone { air_mps, limit_mps } => {
+            Exclusion::Zone {
+                air_mps,
+                limit_mps,
+                together,
+            } => {
                 let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
+                let others = if together {
+                    ", with that of others,"
+                } else {
+                    ""
+                };
                 write!(
                     f,
-                    "downwash from {of} of `{drone}` reaches {air_mps} m/s in {with}, \
+                    "downwash from {of} of `{drone}`{others} reaches {air_mps} m/s in {with}, \
                      which allows {limit_mps} m/s"
                 )
             }
@@ -665,8 +685,14 @@ impl fmt::Display for GoalConflict {
 
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Hindrance { kind, at_m, from_s } = self;
-        write!(f, "{kind} at {} from {from_s:.1} s on", place(at_m))
+        let Hindrance {
+            kind,
+            at_m,
+            lands,
+            from_s,
+        } = self;
+        let lands = if *lands { " as it lands," } else { "" };
+        write!(f, "{kind}{lands} at {} from {from_s:.1} s on", place(at_m))
     }
 }
 

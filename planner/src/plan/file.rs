@@ -549,16 +549,17 @@ pub fn schema() -> schemars::Schema {
 
 /// The moments at which a drone's final dwell may end, by its trajectory alone, the likeliest first
 /// (s): the break points from when it stands at its last place on; of a drone that lands, those
-/// above its pad.
+/// above its pad, and last those on it, where its last task may have been.
 pub fn arrivals_s(drone: &DronePlan) -> Vec<f64> {
     let times_s = &drone.trajectory.t_s;
-    if drone.at_end == AtEnd::Land {
-        let [descends, pad] = last_descent(drone);
-        let within = (descends..pad.max(1) - 1).map(|k| times_s[k]);
+    let points = times_s.len().min(drone.trajectory.position_m.len());
+    if drone.has_landed() {
+        let descends = last_descent(drone);
+        let below = (descends..points).map(|k| times_s[k]);
         let stands = standing_s(drone, descends);
-        return stands.into_iter().chain(within).collect();
+        return stands.into_iter().chain(below).collect();
     }
-    standing_s(drone, times_s.len().min(drone.trajectory.position_m.len()))
+    standing_s(drone, points)
 }
 
 /// Times are told in full precision; sums of many may lose this (s), chosen here: a hundredth of a
@@ -573,22 +574,21 @@ pub(crate) fn arrival_s(drone: &DronePlan, stated_s: Option<f64>) -> f64 {
     stated.copied().unwrap_or(0.0)
 }
 
-/// How many break points there are up to the top of the last descent, and up to its end.
-fn last_descent(drone: &DronePlan) -> [usize; 2] {
+/// How many break points there are up to the top of the last descent.
+fn last_descent(drone: &DronePlan) -> usize {
     let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
     let apart_m = |k: usize| places_m[k] - places_m[k - 1];
     let mut descends = times_s.len().min(places_m.len());
     while descends > 1 && apart_m(descends - 1).norm() <= SAME_PLACE_M {
         descends -= 1;
     }
-    let pad = descends;
     while descends > 1
         && apart_m(descends - 1).xy().norm() <= SAME_PLACE_M
         && apart_m(descends - 1).z < -SAME_PLACE_M
     {
         descends -= 1;
     }
-    [descends, pad]
+    descends
 }
 
 /// The moments of the last of so many break points and of those before it at the same place (s).

@@ -163,6 +163,28 @@ impl DronePlan {
         let loaded = mass_kg / own_kg.max(f64::MIN_POSITIVE);
         self.airframe.hover_induced_velocity_mps * loaded.sqrt()
     }
+
+    /// Whether it stands landed at its last place: one that leaves may have landed there before.
+    pub fn has_landed(&self) -> bool {
+        let last_s = self.trajectory.t_s.last().copied();
+        match self.at_end {
+            AtEnd::Hover => false,
+            AtEnd::Land => true,
+            AtEnd::Leave => (self.airborne_s.1.zip(last_s))
+                .is_some_and(|(until_s, last_s)| until_s < last_s - SAME_TIME_S),
+        }
+    }
+}
+
+/// What follows a drone's name in that of its wreck.
+pub(crate) const WRECK: &str = " (wreck";
+
+/// Of the name of a wreck that of the drone that failed; `None`: it is no wreck's.
+pub(crate) fn failed(name: &str) -> Option<&str> {
+    let (failed, rest) = name.rsplit_once(WRECK)?;
+    let nth = rest.strip_suffix(')')?;
+    let is_one = nth.is_empty() || nth.trim_start().parse::<usize>().is_ok();
+    is_one.then_some(failed)
 }
 
 /// Where every drone is at one moment.
@@ -730,7 +752,8 @@ pub struct UnplannedCause {
     pub kind: String,
     /// The name of the drone or zone in the way.
     pub blocker: Option<String>,
-    /// How far it could get, or the place that no path leads to, or that it cannot have (m).
+    /// How far it could get, or where it would meet the other as it lands, or the place that no
+    /// path leads to, or that it cannot have (m).
     #[schemars(with = "Option<[f64; 3]>")]
     pub at_m: Option<Point3<f64>>,
     /// When it would have gone on, or both were to be there (s).

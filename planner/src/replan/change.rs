@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::{GivenError, given};
 use crate::plan::cause::as_typed;
-use crate::plan::{AtEnd, DronePlan};
+use crate::plan::{AtEnd, DronePlan, WRECK, failed};
 use crate::scenario::WorldError;
 use crate::scenario::limits::{BUSY_S, DELAY_S, name_fault};
 use crate::scenario::placement::{
@@ -82,9 +82,6 @@ impl Change {
     }
 }
 
-/// What follows a drone's name in that of its wreck.
-const WRECK: &str = " (wreck";
-
 /// The name of what lies where a drone came down, in the plan of these drones: a drone of that name
 /// may have come down before.
 pub(super) fn wreck_of(drone: &str, drones: &[Drone]) -> String {
@@ -93,13 +90,6 @@ pub(super) fn wreck_of(drone: &str, drones: &[Drone]) -> String {
     let first = format!("{drone}{WRECK})");
     let mut names = std::iter::once(first).chain(numbered);
     (names.find(|name| !is_known(name))).expect("there are more numbers than drones")
-}
-
-/// Whether a name is that of what lies where a drone came down.
-fn is_wreck(name: &str) -> bool {
-    let rest = name.rsplit_once(WRECK);
-    rest.and_then(|(_, rest)| rest.strip_suffix(')'))
-        .is_some_and(|nth| nth.is_empty() || nth.trim_start().parse::<usize>().is_ok())
 }
 
 /// What is wrong with a change, or with the moment.
@@ -221,7 +211,7 @@ pub(super) fn problems(
         }
         let index = world.drones.iter().position(|drone| drone.name == name);
         match (change, index) {
-            (Change::Added(_), Some(index)) if !is_fixed(index) || is_wreck(name) => {
+            (Change::Added(_), Some(index)) if !is_fixed(index) || failed(name).is_some() => {
                 found.push(ChangeError::Known(name.to_owned()))
             }
             (Change::Added(drone), _) => {

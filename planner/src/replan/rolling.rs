@@ -613,9 +613,9 @@ fn path_of<'a>(
         AtStart::Landed if until_s.is_none_or(|until_s| until_s > from_s) => from_s + lead_s,
         _ => from_s,
     };
-    let until_s = match entry.at_end {
-        AtEnd::Land => until_s.map(|until_s| until_s - lead_s),
-        _ => until_s,
+    let until_s = match entry.has_landed() {
+        true => until_s.map(|until_s| until_s - lead_s),
+        false => until_s,
     };
     let rests_s = entry.landed_s.iter();
     Ok(Cow::Owned(DronePlan {
@@ -755,8 +755,12 @@ impl Turn<'_> {
     /// Takes a drone out.
     fn remove(&mut self, index: usize, cause: Cause) {
         let track = &mut self.running.tracks[index];
-        // It stops before it is gone; one that falls needs about as long to come down.
-        track.stop(self.at);
+        // It stops before it is gone; one that falls needs about as long to come down. Low over its
+        // pad it lands.
+        let tracking_m = self.running.plan.margins.tracking_m;
+        let lands = track.lands_next(self.at.after(track.agent.lead_ticks()), tracking_m);
+        let stops = lands.map(|it| it.after(1).before(track.agent.lead_ticks()));
+        track.stop(stops.unwrap_or(self.at));
         track.is_gone = true;
         track.agent.waypoints.clear();
         track.agent.kinds.truncate(1);

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
-use crate::graph::agent::Agent;
+use crate::graph::agent::{Agent, Ending};
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::plan::trajectory::SAME_PLACE_M;
@@ -312,6 +312,18 @@ impl Track {
             });
             self.legs = joined(std::mem::take(&mut self.legs));
         }
+    }
+
+    /// When it has landed, if it sinks at a moment and is no farther above its pad than this (m).
+    pub(super) fn lands_next(&self, at: Tick, above_m: f64) -> Option<Tick> {
+        let Ending::Land { rest_m, .. } = self.agent.ending else {
+            return None;
+        };
+        let last = self.legs.iter().rfind(|leg| leg.flying)?;
+        let sinks =
+            last.start <= at && at <= last.end && (last.to_m - rest_m).norm() < SAME_PLACE_M;
+        let is_low = |last: &Leg| (last.position_m(at) - rest_m).norm() <= above_m;
+        (sinks && is_low(last)).then_some(last.end)
     }
 
     /// What is flown of those that end after a moment, or whose air may then be under way.

@@ -273,7 +273,12 @@ impl Assignment<'_> {
             // Names that are not known have been told.
             if self.problems.len() == before {
                 let (places, drones) = (places.len(), group.len());
-                let message = format!("{who} has {places} places for {drones} drones");
+                let counted = |many: usize, of: &str| match many {
+                    1 => format!("1 {of}"),
+                    _ => format!("{many} {of}s"),
+                };
+                let (places, drones) = (counted(places, "place"), counted(drones, "drone"));
+                let message = format!("{who} has {places} for {drones}");
                 let problem = Problem::at(at, message).label("as many of both are required");
                 self.problems.push(problem);
             }

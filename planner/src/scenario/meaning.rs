@@ -64,6 +64,17 @@ pub(super) fn world(
         keep_out: zone.keep_out,
     };
     let planning = &written.planning;
+    let (low_m, high_m) = (&written.bounds_m.min.value, &written.bounds_m.max.value);
+    for zone in &written.zones {
+        let is_apart =
+            |k: usize| zone.max_m.value[k] <= low_m[k] || zone.min_m.value[k] >= high_m[k];
+        if (0..3).any(is_apart) {
+            let name = &zone.name;
+            (meaning.notes).push(format!(
+                "zone `{name}` lies outside the bounds: no drone enters it"
+            ));
+        }
+    }
     let mut world = World {
         name: written.name.clone(),
         bounds_m: Bounds {
@@ -254,6 +265,7 @@ impl<'w> Meaning<'w> {
             });
             let vehicle = vehicle.as_ref();
             let bears = vehicle.is_some_and(|vehicle| self.bears_all(source, vehicle));
+            self.appointments(source);
             if vehicle.is_none() {
                 self.unknown_airframe(source);
             }
@@ -368,6 +380,30 @@ impl<'w> Meaning<'w> {
         let help = format!("at most {most_s:.1e} s, a year");
         let problem = Problem::at(&last.to_m.at, message).label(label);
         self.problems.push(problem.help(help));
+    }
+
+    /// Refuses a task that is due while the drone is to be at another place.
+    fn appointments(&mut self, source: &written::Drone) {
+        let mut held: Option<(usize, &written::Task, f64)> = None;
+        for (index, task) in source.tasks.iter().enumerate() {
+            let Some(during) = &task.during_s else {
+                continue;
+            };
+            let [due_s, until_s] = during.value;
+            if let Some((other, before, held_s)) = held
+                && due_s < held_s
+                && before.to_m.value != task.to_m.value
+            {
+                let name = &source.name;
+                let message = format!("drone `{name}` cannot be at task {} in time", index + 1);
+                let label = format!("until {} s it is at task {}", as_typed(held_s), other + 1);
+                self.problems
+                    .push(Problem::at(&during.at, message).label(label));
+            }
+            if held.is_none_or(|(.., held_s)| until_s > held_s) {
+                held = Some((index, task, until_s));
+            }
+        }
     }
 
     /// Whether a drone can carry itself and all of its loads.

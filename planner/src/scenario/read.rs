@@ -1,6 +1,5 @@
 //! From text to what was written, with everything that is wrong on the way.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use airflow::Superposition;
@@ -8,16 +7,16 @@ use nalgebra::Point3;
 
 use super::airframes::airframes;
 use super::cell::LARGEST_M as LARGEST_CELL_M;
-use super::fields::{Field, Reader, whole, within};
+use super::fields::{Field, Names, Reader, whole, within};
 use super::formations::formation;
 use super::limits::{
     AIR_LIMIT, ALTITUDE_M, CELL_M, CLEARANCE_M, CONVECTION, DURING_S, DWELL_S, ENERGY_WEIGHT,
     HEADING_DEG, LATITUDE_DEG, LOAD_KG, LONGITUDE_DEG, Limits, MOST_LATTICE_PLACES, PLACE_M,
     PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, lattice_places,
 };
-use super::places::{bounds, obstacle, zone};
+use super::places::{bounds, obstacles, zones};
 use super::problem::Problem;
-use super::source::{Value, line};
+use super::source::Value;
 use super::written::{Air, At, Bounds, Drone, Origin, Planning, Task, Written};
 use crate::plan::cause::as_typed;
 use crate::scenario::world::{AtEnd, AtStart, PathMotion};
@@ -60,12 +59,8 @@ fn scenario<'t>(
     let bounds_m = record.required(reader, "bounds_m", bounds);
     let origin = record.optional(reader, "origin", origin);
     let air = record.optional(reader, "air", air);
-    let obstacles = record.optional(reader, "obstacles", |reader, field| {
-        Some(reader.list(field, obstacle))
-    });
-    let zones = record.optional(reader, "zones", |reader, field| {
-        Some(reader.list(field, zone))
-    });
+    let obstacles = record.optional(reader, "obstacles", obstacles);
+    let zones = record.optional(reader, "zones", zones);
     let airframes = record.optional(reader, "airframes", |reader, field| {
         Some(airframes(reader, field, spoilt))
     });
@@ -157,7 +152,7 @@ pub(super) fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<A
     Some(air)
 }
 
-/// The fleet without the drones that cannot be read; names given twice are noted.
+/// The fleet without what is no record of a drone; names given twice are noted.
 fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone>> {
     let items = reader.items(field)?;
     if items.is_empty() {
@@ -168,36 +163,27 @@ fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone
         );
     }
     let mut drones = Vec::new();
-    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-    // Of the last name seen: names come in order, and every line is counted once.
-    let (mut at, mut line_number) = (0, 1);
+    let mut seen = Names::default();
     for (index, item) in items.into_iter().enumerate() {
-        let (name, drone) = drone(reader, item, index);
-        drones.extend(drone);
-        let Some(name) = name else { continue };
-        line_number += line(&reader.text[at..], name.at.start.saturating_sub(at)) - 1;
-        at = name.at.start;
-        if let Some(first_line) = seen.get(&name.value) {
-            let problem = Problem::at(&name.at, format!("two drones are called `{}`", name.value));
-            reader.report(problem.label(format!("first on line {first_line}")));
-        } else {
-            seen.insert(name.value, line_number);
+        let Some((name, drone)) = drone(reader, item, index) else {
+            continue;
+        };
+        drones.push(drone);
+        if let Some(name) = name {
+            seen.add(reader, "drones", &name);
         }
     }
     Some(drones)
 }
 
-/// The name of a drone as far as it is one, and the drone where at least one of its places could be
-/// read.
+/// The name of a drone as far as it is one, and the drone as far as it could be read.
 fn drone<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
     index: usize,
-) -> (Option<At<String>>, Option<Drone>) {
+) -> Option<(Option<At<String>>, Drone)> {
     let before = reader.problems.len();
-    let Some(mut record) = reader.named(value, "Drone", index) else {
-        return (None, None);
-    };
+    let mut record = reader.named(value, "Drone", index)?;
     let name = record.required(reader, "name", |reader, field| {
         Some(field.found(reader.name(field)?))
     });
@@ -226,21 +212,25 @@ fn drone<'t>(
     let has_start = start_m.is_some();
     // What could be read of it is checked all the same.
     let start_m = start_m.or_else(|| tasks.first().map(|task| task.to_m.clone()));
-    let drone = start_m.map(|start_m| Drone {
+    let drone = Drone {
         name: (name.as_ref()).map_or(format!("drone-{}", index + 1), |name| name.value.clone()),
         airframe: airframe.unwrap_or(At {
             value: String::new(),
             at: value.head(),
         }),
-        start_m,
+        // Of one without any place none is told: it has no start.
+        start_m: start_m.unwrap_or(At {
+            value: Point3::origin(),
+            at: value.head(),
+        }),
         at_start: at_start.unwrap_or_default(),
         tasks,
         at_end: at_end.unwrap_or_default(),
         air_limit,
         is_whole: reader.problems.len() == before,
         has_start,
-    });
-    (name, drone)
+    };
+    Some((name, drone))
 }
 
 /// One task of a drone that messages call `drone`; `None` without a place.

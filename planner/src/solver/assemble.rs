@@ -153,7 +153,8 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     entry.alone_s = if alone == UNREACHABLE {
         0.0
     } else {
-        agent.departs.after(alone).seconds()
+        // The path alone was found by another search, and need not be shorter.
+        agent.departs.after(alone).min(arrives).seconds()
     };
     let ahead = |leg: &&Leg| leg.start >= agent.departs && leg.start < arrives;
     // Where it hovers already it may wait from its departure on.

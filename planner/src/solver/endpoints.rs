@@ -22,7 +22,7 @@ use crate::plan::trajectory::SAME_PLACE_M;
 use crate::scenario::world::World;
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::checks::obstacle::TOUCH_M;
-use crate::verify::checks::zone::Downwash;
+use crate::verify::checks::zone::{Downwash, Peak};
 use sites::{EndpointJudge, Site, Sites};
 
 /// Spacing of the places proposed (m), chosen here: what a person would move a goal by.
@@ -443,7 +443,9 @@ fn severity(why: &Exclusion) -> f64 {
         Exclusion::Bodies { gap_m, needs_m, .. } => 2.0 * CLASS + needs_m - gap_m,
         Exclusion::Column => CLASS,
         Exclusion::Air { alpha, limit, .. } => alpha / limit,
-        Exclusion::Zone { air_mps, limit_mps } => air_mps / limit_mps,
+        Exclusion::Zone {
+            air_mps, limit_mps, ..
+        } => air_mps / limit_mps,
     }
 }
 
@@ -550,25 +552,28 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
     let downwash = sites.all().iter();
     let downwash: Vec<Downwash<'_>> = downwash.filter_map(|it| judge.downwash(it, k)).collect();
     let run: Vec<&Downwash<'_>> = downwash.iter().collect();
-    let Some(peak) = judge.zone_peak(k, &run) else {
-        return Vec::new();
-    };
-    let why = Exclusion::Zone {
-        air_mps: peak.air_mps,
-        limit_mps,
-    };
-    let alone = (run.iter()).filter(|it| judge.breaks_zone(k, &[**it]));
-    let mut by: Vec<usize> = alone.map(|it| it.from()).collect();
-    if by.is_empty() {
-        by.extend(judge.field().strongest(&run, &peak));
-    }
-    let excluded = |drone| Excluded {
+    let excluded = |drone, peak: &Peak, together| Excluded {
         drone,
         blocker: Blocker::Zone(k),
-        why,
+        why: Exclusion::Zone {
+            air_mps: peak.air_mps,
+            limit_mps,
+            together,
+        },
         meeting: None,
     };
-    by.into_iter().map(excluded).collect()
+    let alone = run.iter().filter_map(|it| {
+        let peak = judge.zone_peak(k, &[*it])?;
+        Some(excluded(it.from(), &peak, false))
+    });
+    let alone: Vec<Excluded> = alone.collect();
+    if !alone.is_empty() {
+        return alone;
+    }
+    let peak = judge.zone_peak(k, &run);
+    let by = peak.and_then(|peak| Some((judge.field().strongest(&run, &peak)?, peak)));
+    let together = by.map(|(drone, peak)| excluded(drone, &peak, true));
+    together.into_iter().collect()
 }
 
 /// The other tasks at which a drone that ends where it breaks a zone's limit breaks one: it is not
@@ -592,6 +597,7 @@ fn other_tasks(judge: &EndpointJudge<'_>, sites: &Sites, goals: &[Excluded]) -> 
                 why: Exclusion::Zone {
                     air_mps: peak.air_mps,
                     limit_mps: judge.world.zones[k].air_limit_mps?,
+                    together: false,
                 },
                 meeting: Some(Meeting {
                     task: site.task.map(|task| task + 1),
@@ -699,7 +705,7 @@ fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, advised: &[S
     apart
         && !judge.over_limit(moved, judge.air_mps(moved, &near))
         && near.iter().all(|other| spares(judge, sites, moved, other))
-        && (0..judge.world.zones.len()).all(|k| spares_zone(judge, sites, moved, k))
+        && (0..judge.world.zones.len()).all(|k| spares_zone(judge, sites, (moved, advised), k))
 }
 
 /// Whether another drone stays within its limit, or is not exposed to this one.
@@ -713,15 +719,26 @@ fn spares(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, other: &Site) 
     !judge.over_limit(other, judge.air_mps(other, &all))
 }
 
-/// Whether a zone keeps its limit, or is not exposed to this drone.
-fn spares_zone(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, zone: usize) -> bool {
+/// Whether a zone keeps its limit, or is not exposed to this drone; those that break the limit
+/// alone have to move themselves.
+fn spares_zone(
+    judge: &EndpointJudge<'_>,
+    sites: &Sites,
+    (moved, advised): (&Site, &[Site]),
+    zone: usize,
+) -> bool {
     let Some(own) = judge.downwash(moved, zone) else {
         return true;
     };
-    let others = sites.all().iter();
+    let is_moved = |site: &Site| advised.iter().any(|it| it.is_same(site));
+    let others = sites.all().iter().filter(|site| !is_moved(site));
+    let others = others.chain(advised);
     let others = others.filter(|site| site.together_s(moved).is_some());
-    let others = others.filter_map(|site| judge.downwash(site, zone));
-    let all: Vec<Downwash<'_>> = others.chain([own]).collect();
-    let all: Vec<&Downwash<'_>> = all.iter().collect();
+    let others: Vec<Downwash<'_>> = others.filter_map(|it| judge.downwash(it, zone)).collect();
+    let mut all: Vec<&Downwash<'_>> = others.iter().chain([&own]).collect();
+    if !judge.breaks_zone(zone, &all) {
+        return true;
+    }
+    all.retain(|it| !judge.breaks_zone(zone, &[*it]));
     !judge.breaks_zone(zone, &all)
 }

@@ -307,6 +307,7 @@ fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     Hindrance {
         kind,
         at_m: by.at_m,
+        lands: by.lands,
         from_s: by.at.seconds(),
     }
 }
@@ -359,7 +360,6 @@ impl Refusals<'_> {
         let typed = &world.drones[drone.0 as usize];
         let from_m = job.roadmap.position_m(from(task));
         let to_m = typed.tasks.get(task)?.to_m;
-        let radius_m = typed.vehicle.body_radius_m + world.planning.gap_to_solids_m();
         Some(MissingPath {
             from_m,
             task: task + 1,
@@ -371,7 +371,7 @@ impl Refusals<'_> {
                 None => self.extent(drone).unwrap_or(own),
             },
             closed_by: match closed {
-                Some(_) => closed_by(world, radius_m, [from_m, to_m]),
+                Some(_) => closed_by(world, typed.vehicle.body_radius_m, [from_m, to_m]),
                 None => ClosedBy::Gap,
             },
         })
@@ -848,8 +848,9 @@ fn beside(name: &str, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f
     (name.to_owned(), from_m.z - at_m.z, aside_m)
 }
 
-/// What closes the way between two places (m) that is closed for a ball (m).
-fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy {
+/// What closes the way between two places (m) that is closed for a body of this radius (m).
+fn closed_by(world: &World, body_radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy {
+    let radius_m = body_radius_m + world.planning.gap_to_solids_m();
     let is_open = |zones: &[Zone], radius_m: f64| {
         let among = World {
             zones: zones.to_vec(),
@@ -873,9 +874,15 @@ fn closed_by(world: &World, radius_m: f64, ends_m: [Point3<f64>; 2]) -> ClosedBy
         }
         return ClosedBy::Zones(alone.into_iter().map(|it| it.name).collect());
     }
-    match is_open(&world.zones, LEAST_BODY_M) {
-        true => ClosedBy::Gap,
-        false => ClosedBy::Solids,
+    // Halved, and to the centimetre: it is typed. The tracking margin is kept in any case.
+    let least_m = world.planning.margins.tracking_m;
+    let halved = |clearance_m: &f64| Some((0.5e2 * clearance_m).floor() / 1e2);
+    let smaller_m = std::iter::successors(halved(&world.planning.clearance_m), halved);
+    let mut smaller_m = smaller_m.take_while(|clearance_m| *clearance_m > least_m);
+    match smaller_m.find(|it| is_open(&world.zones, body_radius_m + it)) {
+        Some(clearance_m) => ClosedBy::Clearance(clearance_m),
+        None if is_open(&world.zones, LEAST_BODY_M) => ClosedBy::Gap,
+        None => ClosedBy::Solids,
     }
 }
 
@@ -884,7 +891,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::HIGHEST_M;
-    use crate::plan::cause::{FailureCause, Remedy};
+    use crate::plan::cause::{Exclusion, FailureCause, Remedy};
     use crate::plan::outcome::{Control, EndpointKind, Planned};
     use crate::scenario::read_world;
     use crate::scenario::world::{Obstacle, Solid, World};
@@ -967,6 +974,48 @@ mod tests {
             world.drones[0].tasks[task].to_m = conflict.nearest_fix_m.expect("a place near");
         }
         assert!(planned(&world).plan.is_safe());
+    }
+
+    #[test]
+    fn what_a_drone_brings_to_a_zone_is_told_of_it_and_not_of_those_that_bring_more() {
+        // Alone each of two breaks the limit; then neither, but both together.
+        let told = |drones: &[(&str, &str, &str, &str)], limit_mps: f64| {
+            let drones = drones.iter().map(|(name, airframe, start, to)| {
+                format!(
+                    r#"(name: "{name}", airframe: "{airframe}", start_m: {start}, tasks: [(to_m: {to})])"#
+                )
+            });
+            let text = format!(
+                r#"(name: "z", bounds_m: (min: (0, 0, 0), max: (20, 12, 6)),
+                zones: [(name: "people", min_m: (8, 4, 0), max_m: (10, 8, 2), air_limit_mps: {limit_mps})],
+                drones: [{}])"#,
+                drones.collect::<Vec<_>>().join(", ")
+            );
+            let worst = planned(&read_world(&text).expect("in order"))
+                .conflicts
+                .worst;
+            let told = worst.into_iter().map(|it| match it.why {
+                Exclusion::Zone {
+                    air_mps, together, ..
+                } => (air_mps, together, it.nearest_fix_m),
+                why => panic!("{why:?}"),
+            });
+            told.collect::<Vec<_>>()
+        };
+        let large = ("m", "matrice-300", "(1, 6, 5)", "(6.5, 6, 5)");
+        let small = ("k", "kolibri", "(1, 1, 1)", "(9, 6, 3)");
+        let [both, alone] = [told(&[large, small], 0.5), told(&[large], 0.5)];
+        assert_eq!(both[0], alone[0]);
+        assert!(!both[0].1 && both[0].0 < 1.0 && both[1].0 > 4.0, "{both:?}");
+        let beside = [
+            ("k", "kolibri", "(1, 1, 1)", "(9, 6, 5)"),
+            ("l", "kolibri", "(1, 4, 1)", "(9.45, 6, 5)"),
+        ];
+        let together = told(&beside, 2.4);
+        assert!(
+            matches!(together[..], [(2.4..2.6, true, _)]),
+            "{together:?}"
+        );
     }
 
     #[test]

@@ -569,6 +569,23 @@ mod tests {
         assert_eq!(differences(0.1, "b"), stated);
     }
 
+    #[test]
+    fn a_last_task_where_the_drone_rests_ends_on_its_pad() {
+        for (motion, dwell_s) in [("Smooth", 0.0), ("Smooth", 3.0), ("Straight", 0.0)] {
+            let text = format!(
+                r#"(name: "rest", bounds_m: (min: (0, 0, 0), max: (6, 4, 3)), planning: (motion: {motion}),
+                drones: [(name: "d", airframe: "crazyflie-2.1", start_m: (1, 2, 0.0691), at_start: Landed,
+                    tasks: [(to_m: (5, 2, 0.0691), dwell_s: {dwell_s})], at_end: Land)])"#
+            );
+            let world = crate::read_world(&text).expect("in order");
+            let outcome = crate::plan_world(&world, &crate::Control::QUIET).expect("in order");
+            let planned = outcome.into_planned().expect("a plan");
+            let text = serde_json::to_string(&planned.plan).expect("plain data");
+            let found = examine(&read(&text).expect("a plan"), false);
+            assert_eq!(found.differences, [], "{motion}, {dwell_s} s");
+        }
+    }
+
     /// The figures that differ where the air of a zone that a drone crosses is stated so.
     fn of_zone(change: impl Fn(&mut ZoneAir)) -> Vec<String> {
         let text = r#"{"format": "plan/2", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 8, 8]},

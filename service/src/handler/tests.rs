@@ -238,6 +238,28 @@ fn all_that_is_wrong_with_a_request_is_told_at_once() {
     let mut places = vec![error.place.clone()];
     places.extend(error.also.iter().map(|it| it.place.clone()));
     assert_eq!(places, ["params.changes[0].late.by_s", "params.changes[1]"]);
+
+    // Of a drone that changes twice what is wrong with either stands where it is.
+    for first_is_wrong in [true, false] {
+        let by_s = |is_wrong: bool| if is_wrong { -1 } else { 1 };
+        let changes = json!([
+            {"late": {"drone": "left", "by_s": by_s(first_is_wrong)}},
+            {"late": {"drone": "left", "by_s": by_s(!first_is_wrong)}},
+        ]);
+        let told = tell(&mut service, &change(1, 2.0, &changes));
+        let error = told.answer.error.unwrap();
+        let place = format!("params.changes[{}].late.by_s", usize::from(!first_is_wrong));
+        assert_eq!((error.code, &error.place), (Code::Range, &place));
+        let also: Vec<(&str, &str)> = (error.also.iter())
+            .map(|it| (&it.place[..], &it.message[..]))
+            .collect();
+        let twice = "`left` changes twice; say all of it in one change";
+        match first_is_wrong {
+            true => assert_eq!(also, [("params.changes[1]", twice)]),
+            // Its place is told already.
+            false => assert_eq!(also, []),
+        }
+    }
 }
 
 #[test]
@@ -722,16 +744,20 @@ fn all_that_fly_land_soon_and_near_in_one_patch_and_who_is_on_the_ground_stays_t
     let there_m = stays.trajectory.position_m.last();
     assert_eq!(there_m, parked.trajectory.position_m.first());
 
-    // What the journal keeps gives the same plan, and no drone is left to land.
+    // What the journal keeps gives the same plan, and no drone is left to land: nothing changes.
     let mut replayed = Service::default();
     replayed.replay(opened_records).unwrap();
     let patch = replayed.replay(told.record.unwrap()).unwrap();
     assert_eq!(patch, Some(landing.patch));
     assert_eq!(plan_text(&mut replayed), plan_text(&mut service));
-    let again = land_all(&mut service, 100.0).answer.error.unwrap();
+    let again = land_all(&mut service, 100.0);
+    assert!(again.record.is_none());
+    let Some(Told::Landing(again)) = again.answer.result else {
+        panic!("no landing: {:?}", again.answer.error);
+    };
     assert_eq!(
-        (again.code, &again.message[..]),
-        (Code::Change, "no drone flies")
+        (again.patch.changed.len(), again.revision),
+        (0, landing.revision)
     );
 }
 

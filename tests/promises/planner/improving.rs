@@ -48,6 +48,29 @@ fn time_that_is_left_makes_a_plan_better_by_what_is_told() {
 }
 
 #[test]
+fn no_drone_arrives_before_it_would_with_no_other_there() {
+    // Beside zones the time alone is that of a path that was searched for, not of the shortest.
+    let drones = (0..5).map(|k| {
+        let (from, to) = (1.0 + 1.5 * f64::from(k), 7.0 - 1.5 * f64::from(k));
+        format!(
+            r#"(name: "k{k}", airframe: "kolibri", start_m: (1, {from}, 1), tasks: [(to_m: (11, {to}, 1))])"#
+        )
+    });
+    let text = format!(
+        r#"(name: "keep", bounds_m: (min: (0, 0, 0), max: (12, 8, 5)), zones: [
+        (name: "crowd", min_m: (4, 2, 0), max_m: (8, 6, 2), keep_out: true, air_limit_mps: 1),
+        (name: "nofly", min_m: (4, 0, 0), max_m: (8, 1, 5), keep_out: true)], drones: [{}])"#,
+        drones.collect::<Vec<_>>().join(", ")
+    );
+    let world = planner::read_world(&text).expect("in order");
+    let (plan, _) = planned_for(&world, 0);
+    assert_safe(&world, &plan);
+    for drone in &plan.drones {
+        assert!(drone.arrives_s >= drone.alone_s, "{}", drone.name);
+    }
+}
+
+#[test]
 fn the_number_of_threads_does_not_change_how_a_plan_gets_better() {
     let world = crowd();
     let [one, four] = [1, 4].map(|threads| {

@@ -215,6 +215,15 @@ fn what_closes_the_way_is_named() {
         .push(block("wall", [5.0, 0.0, 0.0], [5.5, 4.0, 3.0]));
     assert_eq!(closed_by(&walled), ClosedBy::Solids);
     assert_eq!(closed_by_gap(), ClosedBy::Gap);
+    let mut wide = alley();
+    wide.planning.clearance_m = 3.0;
+    wide.obstacles
+        .push(block("post", [5.8, 1.8, 0.0], [6.2, 2.2, 3.0]));
+    let ClosedBy::Clearance(clearance_m) = closed_by(&wide) else {
+        panic!("{:?}", closed_by(&wide));
+    };
+    wide.planning.clearance_m = clearance_m;
+    assert!(answered(&wide).failures.is_empty(), "{clearance_m}");
 }
 
 fn closed_by_gap() -> ClosedBy {

@@ -110,6 +110,12 @@ fn keys_and_names_that_are_unknown_missing_or_doubled_are_pointed_at() {
                     "    (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n    (name: \"k1\", airframe: \"kolibri\", start_m: (5, 1, 1)),\n",
                 ),
             ),
+            (
+                "two obstacles and two zones of one name",
+                with_fields(
+                    "  obstacles: [\n    (name: \"w\", min_m: (3, 3, 0), max_m: (4, 4, 1)),\n    (name: \"w\", min_m: (5, 3, 0), max_m: (6, 4, 1)),\n  ],\n  zones: [\n    (name: \"w\", min_m: (9, 3, 0), max_m: (10, 4, 1)),\n    (name: \"w\", min_m: (1, 7, 0), max_m: (2, 8, 1)),\n  ],\n",
+                ),
+            ),
             ("no drones", with("", "")),
             (
                 "a name that is none",
@@ -163,6 +169,7 @@ fn numbers_out_of_range_are_pointed_at_with_their_range() {
         ("grams and millimetres", with_airframe("mass_kg: 950, propeller_diameter_m: 0.2, motor_distance_m: 0.45")),
         ("no speed", with_airframe("mass_kg: 1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45, max_speed_mps: 0")),
         ("not a number", with_drone("start_m: (1, NaN, 1)")),
+        ("nor an airframe", with("", "    (name: \"k1\", airframe: \"Kolibry\", start_m: (1, NaN, 1)),\n")),
         ("infinite", with_drone("start_m: (1, 1, 1), tasks: [(to_m: (2, 2, 2), dwell_s: 1e999)]")),
         ("back in time", with_drone("start_m: (1, 1, 1), tasks: [(to_m: (2, 2, 2), dwell_s: -3)]")),
         ("two coordinates", with_drone("start_m: (1, 1)")),
@@ -341,6 +348,12 @@ fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
             (
                 "a task due upside down",
                 with_drone("start_m: (1, 1, 1), tasks: [(to_m: (2, 2, 2), during_s: (3, 2))]"),
+            ),
+            (
+                "due while at another task",
+                with_drone(
+                    "start_m: (1, 1, 1), tasks: [\n      (to_m: (2, 2, 2), during_s: (30, 40)),\n      (to_m: (2, 2, 2), during_s: (35, 50)),\n      (to_m: (4, 4, 4), during_s: (20, 25))]",
+                ),
             ),
         ]),
     );

@@ -42,8 +42,10 @@ pub(crate) enum Found {
 pub(crate) struct Obstruction {
     /// Who or what.
     pub(crate) by: Obstructor,
-    /// Where the drone could get to (m).
+    /// Where the drone could get to, or where it meets the other as it lands (m).
     pub(crate) at_m: Point3<f64>,
+    /// It was in the way of its landing.
+    pub(crate) lands: bool,
     /// When it would have gone on.
     pub(crate) at: Tick,
     /// Ticks that were left to fly.
@@ -56,6 +58,7 @@ impl Obstruction {
         Obstruction {
             by: Obstructor::Zone(zone),
             at_m,
+            lands: false,
             at,
             remaining: 0,
         }

@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
-use costmap::leg::{KindId, Leg, Tick};
+use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use nalgebra::{Point3, Vector3};
 use rustc_hash::FxHashMap;
@@ -127,9 +127,15 @@ impl<'a> Search<'a> {
     /// Looks until it has expanded so many states in all; `None` if it is to go on from there.
     pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
         if let Some((drone, why, at)) = self.stays.never {
+            let above_m = self.setting.roadmap.position_m(self.agent.last_vertex());
+            let (at_m, lands) = match self.agent.ending {
+                Ending::Land { rest_m, .. } => (rest_m, true),
+                Ending::Hover | Ending::Leave => (above_m, false),
+            };
             return Some(Found::Blocked(Some(Obstruction {
                 by: Obstructor::Drone(drone, why),
-                at_m: self.setting.roadmap.position_m(self.agent.last_vertex()),
+                at_m,
+                lands,
                 at,
                 remaining: 0,
             })));
@@ -805,7 +811,7 @@ impl<'a> Search<'a> {
     fn settled(&mut self, mut label: Label) -> Option<Label> {
         let came_from = self.labels[label.parent as usize];
         if let Some(zone) = self.verdict.breaks_zone {
-            self.obstructed(&came_from, Obstructor::Zone(zone));
+            self.obstructed(&came_from, &label, Obstructor::Zone(zone));
             return None;
         }
         let price = self.verdict.price_s * self.setting.energy_weight * Tick::PER_SECOND;
@@ -823,7 +829,7 @@ impl<'a> Search<'a> {
             let free = self.agent.free_departure(label.departs);
             let weight = self.setting.weight(&blocker, free);
             if weight == IMMOVABLE {
-                self.obstructed(&came_from, Obstructor::Drone(drone, why));
+                self.obstructed(&came_from, &label, Obstructor::Drone(drone, why));
                 return None;
             }
             label.paid = label.paid.saturating_add(weight);
@@ -838,20 +844,48 @@ impl<'a> Search<'a> {
         self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, free)
     }
 
-    /// Keeps what was in the way, if no state nearer to the end was stopped before.
-    fn obstructed(&mut self, label: &Label, by: Obstructor) {
-        let waypoint = usize::from(label.waypoint);
+    /// Keeps what was in the way from one state to the next, if none nearer to the end was stopped
+    /// before.
+    fn obstructed(&mut self, from: &Label, to: &Label, by: Obstructor) {
+        let waypoint = usize::from(from.waypoint);
         let roadmap = self.setting.roadmap;
-        let remaining = (self.agent).remaining(roadmap, waypoint, label.vertex);
+        let remaining = (self.agent).remaining(roadmap, waypoint, from.vertex);
         let known = self.obstruction;
         if known.is_none_or(|known| remaining < known.remaining) {
+            let lands = to.step == Step::End && matches!(self.agent.ending, Ending::Land { .. });
+            let there_m = roadmap.position_m(from.vertex);
+            let at_m = match by {
+                Obstructor::Drone(other, _) if lands => self.nearest_m(from, to, other),
+                _ => None,
+            };
             self.obstruction = Some(Obstruction {
                 by,
-                at_m: self.setting.roadmap.position_m(label.vertex),
-                at: label.at,
+                at_m: at_m.unwrap_or(there_m),
+                lands,
+                at: from.at,
                 remaining,
             });
         }
+    }
+
+    /// Where it is nearest to another drone, by whole ticks, from one state to the next (m).
+    fn nearest_m(&self, from: &Label, to: &Label, other: DroneId) -> Option<Point3<f64>> {
+        let theirs = self.setting.costmap.legs(other);
+        let their_m = |at: Tick| {
+            let leg = theirs.get(theirs.partition_point(|leg| leg.end < at))?;
+            (leg.start <= at).then(|| leg.position_m(at))
+        };
+        let flown = self.flown_to(from, to);
+        let places = flown
+            .iter()
+            .filter(|leg| leg.end > from.at)
+            .flat_map(|leg| {
+                let until = if leg.stays() { leg.start } else { leg.end };
+                (leg.start.0..=until.0).map(|tick| (Tick(tick), leg.position_m(Tick(tick))))
+            });
+        let apart = places.filter_map(|(at, own_m)| Some(((their_m(at)? - own_m).norm(), own_m)));
+        let nearest = apart.reduce(|a, b| if b.0 < a.0 { b } else { a });
+        nearest.map(|(_, own_m)| own_m)
     }
 
     /// Generates what a label does, but from a later moment on.

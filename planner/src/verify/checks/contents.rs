@@ -424,7 +424,7 @@ fn flight(
             rests: [drone.enters_s.is_none(), stays],
         }),
         takes_off_m: (places_m.first().copied()).filter(|_| drone.at_start == AtStart::Landed),
-        lands_m: (places_m.last().copied()).filter(|_| drone.at_end == AtEnd::Land && !unplanned),
+        lands_m: (places_m.last().copied()).filter(|_| drone.has_landed() && !unplanned),
         tip_radius_m: airframe.tip_radius_m(),
         discs,
         wakes,

@@ -15,7 +15,7 @@ use super::contents;
 use super::shifted_air::{Emitter, Slice, Subdomain, exceeds, slices, within_reach_s};
 use super::shifted_pairs::{Broken, Pair};
 use super::zone;
-use crate::plan::{Plan, ViolationKind, Zone};
+use crate::plan::{Plan, ViolationKind, Zone, failed};
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
 use crate::verify::time::encounters::{Encounter, encounters};
@@ -112,6 +112,9 @@ impl NearFlights<'_> {
                     return known;
                 }
                 let other = &scene.flights[same[0].other];
+                if is_wreck_of(other, late) {
+                    continue;
+                }
                 known.by_pair(scene, (late, same), (other, with(near, same[0].other, k)));
             }
             for slice in &own {
@@ -169,6 +172,14 @@ impl NearFlights<'_> {
             known.by_air(slice, emitters.collect(), shift_s, receiver);
         }
     }
+}
+
+/// Whether one lies where the other came down, which it does as late as that came.
+fn is_wreck_of(wreck: &Flight, late: &Flight) -> bool {
+    let (from_s, until_s) = wreck.airborne_s;
+    failed(&wreck.name) == Some(&late.name)
+        && until_s <= from_s
+        && late.trajectory.last_s() <= from_s
 }
 
 /// A flight in slices wherever another is near it, of which those are told that are with all on

@@ -142,6 +142,53 @@ fn a_drone_that_fails_on_the_ground_lies_where_it_stood() {
 }
 
 #[test]
+fn a_drone_that_is_taken_out_of_a_pad_or_fails_there_has_landed_on_it() {
+    let running = flown(
+        r#"Scenario(name: "pad", bounds_m: (min: (0, 0, 0), max: (8, 8, 4)),
+          obstacles: [(name: "pad", min_m: (3.5, 3.5, 0), max_m: (4.5, 4.5, 0.3))], drones: [
+          (name: "a", airframe: "offboard-2", start_m: (1, 1, 2), tasks: [(to_m: (4, 4, 1.5))], at_end: Land),
+          (name: "b", airframe: "kolibri", start_m: (7, 7, 2))])"#,
+    );
+    let landed = find(running.plan(), "a").clone();
+    let landed_s = landed.airborne_s.1.expect("it lands");
+    // Of those before it has landed some are too low over its pad to leave.
+    for at_s in (0..16).map(|k| landed_s - 1.5 + 0.1 * f64::from(k)) {
+        let mut running = running.clone();
+        let told = changed(&mut running, at_s, removed("a"));
+        assert_eq!(told.unavoidable, [], "{at_s} s");
+        sound(&running);
+        states_what_follows(&running);
+    }
+    let moments_s = [landed_s - 0.9, landed_s, landed_s + 0.01, 20.0];
+    for (at_s, change) in moments_s
+        .into_iter()
+        .flat_map(|at_s| [(at_s, removed("a")), (at_s, failed("a"))])
+    {
+        let mut running = running.clone();
+        let told = changed(&mut running, at_s, change);
+        assert_eq!(told.unavoidable, [], "{at_s} s");
+        sound(&running);
+        states_what_follows(&running);
+        let gone = find(running.plan(), "a");
+        assert!(gone.at_end == AtEnd::Leave && gone.airborne_s == landed.airborne_s);
+        assert!((gone.arrives_s - landed.arrives_s).abs() < 1e-9, "{at_s} s");
+        // Its wreck comes as late as it does.
+        let late = crate::verify::lateness::of_all(running.plan(), &|| false);
+        assert_eq!(late[0].as_ref().expect("judged").breaks, None, "{at_s} s");
+        // Another takes the plan over.
+        let (world, plan) = (running.world().clone(), running.plan().clone());
+        let mut taken = Running::new(world, plan).expect("its plan");
+        let told = changed(
+            &mut taken,
+            at_s + 3.0,
+            retasked("b", vec![task(7.0, 1.0, 2.0)]),
+        );
+        assert_eq!((told.refused, told.unavoidable), (Vec::new(), Vec::new()));
+        sound(&taken);
+    }
+}
+
+#[test]
 fn those_in_whose_way_one_stops_that_is_gone_give_way_or_cannot() {
     let flown = flown(include_str!("../../../../../scenarios/circle-16.ron"));
     let mut ways_out = 0;

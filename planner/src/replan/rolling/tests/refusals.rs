@@ -290,6 +290,32 @@ fn loads_landings_and_grounded_drones_go_on_as_they_are() {
 }
 
 #[test]
+fn a_landing_that_is_refused_is_named_with_where_it_meets_the_other() {
+    let text = r#"(name: "w", bounds_m: (min: (0, 0, 0), max: (12, 8, 4)), drones: [
+        (name: "a", airframe: "mavic-3e", start_m: (1, 4, 2.5), tasks: [(to_m: (11, 4, 2.5))], at_end: Land),
+        (name: "b", airframe: "kolibri", start_m: (6.5, 4, 0.09585), at_start: Landed)])"#;
+    let world = read_world(text).expect("in order");
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    let fails = Change::Failed {
+        drone: "b".to_owned(),
+        lies_m: None,
+    };
+    let (mut running, _) = replan(&world, &plan, 1.0, &[fails], &Control::QUIET).expect("in order");
+    let sent = [retasked("a", vec![task(6.6, 4.0, 2.0)])];
+    let told = running
+        .replan(2.3, &sent, &Control::QUIET)
+        .expect("in order");
+    let [refused] = &told.refused[..] else {
+        panic!("{told:?}");
+    };
+    let words = "the body of `b (wreck)` is in its way as it lands, at (6.60, 4.00, 0.31)";
+    assert!(refused.reason.starts_with(words), "{}", refused.reason);
+    let at_m = refused.cause.as_ref().and_then(|it| it.at_m);
+    assert!(at_m.expect("a place").z < 0.5);
+}
+
+#[test]
 fn what_a_library_hands_in_is_held_against_the_rules_of_a_scenario() {
     let (world, plan) = hall(6);
     let mut running = Running::new(world.clone(), plan.clone()).expect("its plan");
