@@ -33,14 +33,9 @@ pub enum WorldError {
         /// What is wrong with it.
         fault: &'static str,
     },
-    /// Two have one name.
-    #[error("two {kind} are called `{name}`")]
-    SameName {
-        /// Drones, obstacles or zones.
-        kind: &'static str,
-        /// What both are called.
-        name: String,
-    },
+    /// Two drones have one name.
+    #[error("two drones are called `{0}`")]
+    SameName(String),
     /// More of something than a plan is made for.
     #[error("{whose} has {count} {what}, at most {most}")]
     TooMany {
@@ -310,25 +305,15 @@ impl Check {
         if world.drones.is_empty() {
             self.errors.push(WorldError::NoDrones);
         }
-        self.names("drones", world.drones.iter().map(|it| &it.name[..]));
-        self.names("obstacles", world.obstacles.iter().map(|it| &it.name[..]));
-        self.names("zones", world.zones.iter().map(|it| &it.name[..]));
+        let mut names: Vec<&str> = world.drones.iter().map(|it| it.name.as_str()).collect();
+        names.sort_unstable();
+        let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
+        (self.errors).extend(twice.map(|pair| WorldError::SameName(pair[0].to_owned())));
         for (index, drone) in world.drones.iter().enumerate() {
             self.name(format!("drone {}", index + 1), &drone.name);
             self.drone(drone, world.air.density_kg_per_m3());
             self.errors.extend(world.slow_to_stop(drone));
         }
-    }
-
-    /// Names that are given twice.
-    fn names<'n>(&mut self, kind: &'static str, names: impl Iterator<Item = &'n str>) {
-        let mut names: Vec<&str> = names.collect();
-        names.sort_unstable();
-        let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
-        self.errors.extend(twice.map(|pair| WorldError::SameName {
-            kind,
-            name: pair[0].to_owned(),
-        }));
     }
 
     /// Sizes of a solid, and the indices of a mesh.
@@ -567,10 +552,7 @@ mod tests {
         broken.drones[0].tasks[0].load_kg = Some(2.0);
         broken.planning.cell_m = 0.0;
         let faults = broken.check().expect_err("four faults");
-        let is_named = faults.contains(&WorldError::SameName {
-            kind: "drones",
-            name: "a".to_owned(),
-        });
+        let is_named = faults.contains(&WorldError::SameName("a".to_owned()));
         let ranges = faults.iter().filter_map(|fault| match fault {
             WorldError::OutOfRange { quantity, .. } => Some(*quantity),
             _ => None,

@@ -2,7 +2,6 @@
 //!
 //! Nothing here stops at an error: it is noted with its place, and the caller gets `None`.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::Point3;
@@ -370,36 +369,12 @@ impl<'t> Reader<'t> {
     pub(super) fn list<T>(
         &mut self,
         field: Field<'_, 't>,
-        mut read: impl FnMut(&mut Reader<'t>, Value<'t>, usize) -> Option<T>,
+        read: impl Fn(&mut Reader<'t>, Value<'t>, usize) -> Option<T>,
     ) -> Vec<T> {
         let items = self.items(field).unwrap_or_default();
         let items = items.into_iter().enumerate();
         let read = items.filter_map(|(index, item)| read(self, item, index));
         read.collect()
-    }
-}
-
-/// Names of one kind, with the line of each.
-#[derive(Default)]
-pub(super) struct Names {
-    lines: BTreeMap<String, usize>,
-    /// Where the last name is, and how many line breaks there are before it: names come in order,
-    /// and every line is counted once.
-    last: (usize, usize),
-}
-
-impl Names {
-    /// Adds one; one that is there already is noted at its place.
-    pub(super) fn add(&mut self, reader: &mut Reader<'_>, kind: &str, name: &At<String>) {
-        let (at, breaks) = self.last;
-        let breaks = breaks + line(&reader.text[at..], name.at.start.saturating_sub(at)) - 1;
-        self.last = (name.at.start, breaks);
-        let Some(first_line) = self.lines.get(&name.value) else {
-            self.lines.insert(name.value.clone(), breaks + 1);
-            return;
-        };
-        let problem = Problem::at(&name.at, format!("two {kind} are called `{}`", name.value));
-        reader.report(problem.label(format!("first on line {first_line}")));
     }
 }
 

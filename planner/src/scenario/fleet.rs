@@ -18,7 +18,7 @@ use nalgebra::{Point3, Vector3};
 use super::airframes::airframes;
 use super::fields::{Field, Reader, whole, within};
 use super::limits::AIR_LIMIT;
-use super::places::{bounds, obstacles, zones};
+use super::places::{bounds, obstacle, zone};
 use super::problem::{Problem, Problems};
 use super::source::Value;
 use super::world::{Vehicle, World};
@@ -184,8 +184,10 @@ fn fleet_of<'t>(
     let mut record = reader.record(value, "Fleet", "the fleet".to_owned())?;
     let bounds_m = record.optional(reader, "bounds_m", bounds);
     let air = record.optional(reader, "air", read::air);
-    let obstacles = record.optional(reader, "obstacles", obstacles);
-    let zones = record.optional(reader, "zones", zones);
+    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, obstacle));
+    let obstacles = record.optional(reader, "obstacles", list);
+    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, zone));
+    let zones = record.optional(reader, "zones", list);
     let airframes = record.optional(reader, "airframes", |reader, field| {
         Some(airframes(reader, field, spoilt))
     });

@@ -1,10 +1,10 @@
 //! Reading of whatever takes up space: bounds, obstacles, zones.
 
-use super::fields::{Field, Names, Reader, Record, listed, within};
+use super::fields::{Field, Reader, Record, listed, within};
 use super::limits::{SIZE_M, ZONE_AIR_LIMIT_MPS};
 use super::problem::Problem;
 use super::source::Value;
-use super::written::{At, Bounds, Obstacle, Place, Zone};
+use super::written::{Bounds, Obstacle, Place, Zone};
 
 /// The bounds of the world; `None` unless they enclose a volume.
 pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Bounds> {
@@ -39,44 +39,16 @@ fn box_has_volume(reader: &mut Reader<'_>, who: &str, min: &Place, max: &Place) 
     false
 }
 
-/// All solids that are in order; names given twice are noted.
-pub(super) fn obstacles<'t>(
-    reader: &mut Reader<'t>,
-    field: Field<'_, 't>,
-) -> Option<Vec<Obstacle>> {
-    let mut seen = Names::default();
-    Some(reader.list(field, |reader, value, index| {
-        let (name, obstacle) = obstacle(reader, value, index)?;
-        seen.add(reader, "obstacles", &name);
-        obstacle
-    }))
-}
-
-/// All zones that are in order; names given twice are noted.
-pub(super) fn zones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Zone>> {
-    let mut seen = Names::default();
-    Some(reader.list(field, |reader, value, index| {
-        let (name, zone) = zone(reader, value, index)?;
-        seen.add(reader, "zones", &name);
-        zone
-    }))
-}
-
-/// The name of a solid, and the solid; `None` unless its keys make exactly one shape.
-fn obstacle<'t>(
+/// One solid; `None` unless its keys make exactly one shape.
+pub(super) fn obstacle<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
     index: usize,
-) -> Option<(At<String>, Option<Obstacle>)> {
+) -> Option<Obstacle> {
     let mut record = reader.named(value, "Obstacle", index)?;
     let before = reader.problems.len();
-    let mut name = At {
-        value: format!("obstacle-{}", index + 1),
-        at: value.head(),
-    };
-    record.set(reader, ("name", &mut name), |reader, field| {
-        Some(field.found(reader.name(field)?))
-    });
+    let mut name = format!("obstacle-{}", index + 1);
+    record.set(reader, ("name", &mut name), Reader::name);
     let min_m = record.optional(reader, "min_m", Reader::place);
     let max_m = record.optional(reader, "max_m", Reader::place);
     let base_m = record.optional(reader, "base_m", Reader::place);
@@ -93,7 +65,7 @@ fn obstacle<'t>(
         box_has_volume(reader, &who, min, max);
     }
     let obstacle = Obstacle {
-        name: name.value.clone(),
+        name,
         min_m,
         max_m,
         base_m,
@@ -102,7 +74,7 @@ fn obstacle<'t>(
         mesh,
         at_m,
     };
-    Some((name, (reader.problems.len() == before).then_some(obstacle)))
+    (reader.problems.len() == before).then_some(obstacle)
 }
 
 /// Whether the keys of an obstacle make exactly one of the three shapes, and all of it.
@@ -144,20 +116,11 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
 }
 
 /// One zone; `None` unless it encloses a volume.
-fn zone<'t>(
-    reader: &mut Reader<'t>,
-    value: Value<'t>,
-    index: usize,
-) -> Option<(At<String>, Option<Zone>)> {
+pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<Zone> {
     let mut record = reader.named(value, "Zone", index)?;
     let before = reader.problems.len();
-    let mut name = At {
-        value: format!("zone-{}", index + 1),
-        at: value.head(),
-    };
-    record.set(reader, ("name", &mut name), |reader, field| {
-        Some(field.found(reader.name(field)?))
-    });
+    let mut name = format!("zone-{}", index + 1);
+    record.set(reader, ("name", &mut name), Reader::name);
     let min_m = record.required(reader, "min_m", Reader::place);
     let max_m = record.required(reader, "max_m", Reader::place);
     let air_limit_mps = record.optional(reader, "air_limit_mps", within(&ZONE_AIR_LIMIT_MPS));
@@ -166,16 +129,14 @@ fn zone<'t>(
     });
     let who = record.who.clone();
     record.close(reader);
-    let Some((min_m, max_m)) = min_m.zip(max_m) else {
-        return Some((name, None));
-    };
+    let (min_m, max_m) = (min_m?, max_m?);
     box_has_volume(reader, &who, &min_m, &max_m);
     let zone = Zone {
-        name: name.value.clone(),
+        name,
         min_m,
         max_m,
         air_limit_mps,
         keep_out: keep_out.unwrap_or_default(),
     };
-    Some((name, (reader.problems.len() == before).then_some(zone)))
+    (reader.problems.len() == before).then_some(zone)
 }

@@ -1,5 +1,6 @@
 //! From text to what was written, with everything that is wrong on the way.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use airflow::Superposition;
@@ -7,16 +8,16 @@ use nalgebra::Point3;
 
 use super::airframes::airframes;
 use super::cell::LARGEST_M as LARGEST_CELL_M;
-use super::fields::{Field, Names, Reader, whole, within};
+use super::fields::{Field, Reader, whole, within};
 use super::formations::formation;
 use super::limits::{
     AIR_LIMIT, ALTITUDE_M, CELL_M, CLEARANCE_M, CONVECTION, DURING_S, DWELL_S, ENERGY_WEIGHT,
     HEADING_DEG, LATITUDE_DEG, LOAD_KG, LONGITUDE_DEG, Limits, MOST_LATTICE_PLACES, PLACE_M,
     PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, lattice_places,
 };
-use super::places::{bounds, obstacles, zones};
+use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
-use super::source::Value;
+use super::source::{Value, line};
 use super::written::{Air, At, Bounds, Drone, Origin, Planning, Task, Written};
 use crate::plan::cause::as_typed;
 use crate::scenario::world::{AtEnd, AtStart, PathMotion};
@@ -59,8 +60,12 @@ fn scenario<'t>(
     let bounds_m = record.required(reader, "bounds_m", bounds);
     let origin = record.optional(reader, "origin", origin);
     let air = record.optional(reader, "air", air);
-    let obstacles = record.optional(reader, "obstacles", obstacles);
-    let zones = record.optional(reader, "zones", zones);
+    let obstacles = record.optional(reader, "obstacles", |reader, field| {
+        Some(reader.list(field, obstacle))
+    });
+    let zones = record.optional(reader, "zones", |reader, field| {
+        Some(reader.list(field, zone))
+    });
     let airframes = record.optional(reader, "airframes", |reader, field| {
         Some(airframes(reader, field, spoilt))
     });
@@ -163,14 +168,22 @@ fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone
         );
     }
     let mut drones = Vec::new();
-    let mut seen = Names::default();
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    // Of the last name seen: names come in order, and every line is counted once.
+    let (mut at, mut line_number) = (0, 1);
     for (index, item) in items.into_iter().enumerate() {
         let Some((name, drone)) = drone(reader, item, index) else {
             continue;
         };
         drones.push(drone);
-        if let Some(name) = name {
-            seen.add(reader, "drones", &name);
+        let Some(name) = name else { continue };
+        line_number += line(&reader.text[at..], name.at.start.saturating_sub(at)) - 1;
+        at = name.at.start;
+        if let Some(first_line) = seen.get(&name.value) {
+            let problem = Problem::at(&name.at, format!("two drones are called `{}`", name.value));
+            reader.report(problem.label(format!("first on line {first_line}")));
+        } else {
+            seen.insert(name.value, line_number);
         }
     }
     Some(drones)

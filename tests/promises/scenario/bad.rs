@@ -110,12 +110,6 @@ fn keys_and_names_that_are_unknown_missing_or_doubled_are_pointed_at() {
                     "    (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n    (name: \"k1\", airframe: \"kolibri\", start_m: (5, 1, 1)),\n",
                 ),
             ),
-            (
-                "two obstacles and two zones of one name",
-                with_fields(
-                    "  obstacles: [\n    (name: \"w\", min_m: (3, 3, 0), max_m: (4, 4, 1)),\n    (name: \"w\", min_m: (5, 3, 0), max_m: (6, 4, 1)),\n  ],\n  zones: [\n    (name: \"w\", min_m: (9, 3, 0), max_m: (10, 4, 1)),\n    (name: \"w\", min_m: (1, 7, 0), max_m: (2, 8, 1)),\n  ],\n",
-                ),
-            ),
             ("no drones", with("", "")),
             (
                 "a name that is none",
