@@ -160,6 +160,28 @@ mod tests {
     }
 
     #[test]
+    fn who_meets_others_in_a_corridor_steps_aside_and_comes_back() {
+        let corridor = |drones: &str| {
+            let text = format!(
+                r#"Scenario(name: "corridor", bounds_m: (min: (0, 0, 0), max: (20, 6, 3)), obstacles: [
+                (name: "south", min_m: (4, 0, 0), max_m: (16, 2.6, 3)),
+                (name: "north", min_m: (4, 3.4, 0), max_m: (16, 6, 3))], drones: [{drones}])"#
+            );
+            read_world(&text).expect("in order")
+        };
+        let theirs = corridor(
+            r#"(name: "theirs", airframe: "kolibri", start_m: (1, 3, 1), tasks: [(to_m: (19, 5, 1))])"#,
+        );
+        let theirs = planned(crate::plan_world(&theirs, &Control::QUIET).expect("in order"));
+        let ours = corridor(
+            r#"(name: "ours", airframe: "offboard-1", start_m: (16, 3, 1), tasks: [(to_m: (1, 3, 1))])"#,
+        );
+        let told = plan_region(&ours, &theirs.drones, &Control::QUIET).expect("readable");
+        let told = planned(told);
+        assert_eq!((told.violations, told.unplanned), (Vec::new(), Vec::new()));
+    }
+
+    #[test]
     fn times_between_ticks_are_passed_by_closely() {
         let mut theirs =
             planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));

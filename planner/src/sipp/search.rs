@@ -77,8 +77,9 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
     searched
 }
 
-/// Tries by the reservation table until a path holds; of a drone that is under way then once more,
-/// what it does at first judged in full. What refutes one is in the way of the next; what still
+/// Tries by the reservation table until a path holds; where all that can be reached leads nowhere,
+/// once more with ways on which it comes back; of a drone that is under way then once more, what it
+/// does at first judged in full. What refutes one is in the way of the next; what still
 /// does in the end gives way, or every step is judged in full.
 fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
@@ -93,7 +94,14 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         let most = STATES_AT_FIRST.saturating_mul(setting.most_untabulated);
         (agent.departs.after(FORGIVEN_TICKS), most)
     });
-    for (judged_until, most) in std::iter::once((Tick(0), u64::MAX)).chain(at_first) {
+    let by_tables = [false, true].map(|comes_back| (Tick(0), u64::MAX, comes_back));
+    let at_first = at_first.map(|(until, most)| (until, most, false));
+    // Whether all that can be reached was looked at, and leads nowhere.
+    let mut is_exhausted = false;
+    for (judged_until, most, comes_back) in by_tables.into_iter().chain(at_first) {
+        if comes_back && (setting.comes_back || !is_exhausted) {
+            continue;
+        }
         let most = most.min(setting.most_expansions.saturating_sub(expansions));
         let until = expansions + most;
         for left in (0..tries).rev() {
@@ -101,6 +109,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             let rest = Setting {
                 most_expansions: until.saturating_sub(expansions),
                 judged_until,
+                comes_back: comes_back || setting.comes_back,
                 ..setting
             };
             let mut searched = look(rest, agent, &refuted, (&stays, &memo), &mut heuristic);
@@ -110,6 +119,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
                 if searched.found == Found::Stopped {
                     return searched;
                 }
+                is_exhausted = expansions < until;
                 break;
             };
             let against = objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));

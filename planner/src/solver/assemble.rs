@@ -150,11 +150,12 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     };
     entry.arrives_s = rounded(arrives.seconds() + sinks_later_s);
     stay_until(&mut entry.trajectory, entry.arrives_s);
-    entry.alone_s = if alone == UNREACHABLE {
-        0.0
-    } else {
+    let there = agent.departs.after(alone);
+    entry.alone_s = match alone {
+        UNREACHABLE => 0.0,
         // The path alone was found by another search, and need not be shorter.
-        agent.departs.after(alone).min(arrives).seconds()
+        _ if arrives > agent.departs => there.min(arrives).seconds(),
+        _ => there.seconds(),
     };
     let ahead = |leg: &&Leg| leg.start >= agent.departs && leg.start < arrives;
     // Where it hovers already it may wait from its departure on.
@@ -173,7 +174,7 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let still = still.saturating_sub(dwells.saturating_add(agent.lead_ticks()));
     // Who is in place before an appointment is no later for it.
     let is_timed = alone != UNREACHABLE && agent.waypoints.iter().any(Waypoint::is_timed);
-    let later = is_timed.then(|| arrives.0.saturating_sub(agent.departs.after(alone).0));
+    let later = is_timed.then(|| arrives.0.saturating_sub(there.0));
     entry.waits_s = Tick(later.map_or(still, |it| still.min(it))).seconds();
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }

@@ -164,6 +164,8 @@ fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
     let plan = planned(&world);
     assert_sound(&world, &plan);
     let left_out = plan.unplanned.iter().find(|it| it.name == "long");
+    // What it would take alone is known all the same.
+    assert!(plan.drones[1].name == "long" && plan.drones[1].alone_s > 5.0);
     let reason = &left_out.expect("no path past").reason;
     assert!(reason.contains("`short`"), "{reason}");
     // A place in brackets and a time in seconds.
