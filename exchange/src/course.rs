@@ -231,7 +231,7 @@ pub fn of(drone: &DronePlan) -> Result<Course, CourseError> {
         name: drone.name.clone(),
         pieces,
         starts_landed,
-        lands: drone.at_end == AtEnd::Land || starts_landed && stays,
+        lands: drone.has_landed() || starts_landed && stays,
         enters_s: drone.enters_s.filter(|it| *it > 0.0),
         leaves: drone.at_end == AtEnd::Leave,
         changes_mass: entry.mass_kg.iter().any(|it| *it != entry.mass_kg[0]),
