@@ -144,9 +144,8 @@ fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World
     let help = match (fix, rule) {
         (Some(fix), Some(rule)) => format!("{fix}; {rule}"),
         (Some(way), None) | (None, Some(way)) => way,
-        (None, None) => {
-            format!("no place near is known for {name} with which all are planned: move {with}")
-        }
+        // Another place for the other, or one farther off, was not tried.
+        (None, None) => format!("no place near is known for {name} with which all are planned"),
     };
     ConflictEntry {
         drone: name.clone(),
@@ -264,7 +263,7 @@ mod tests {
         );
         assert_eq!(
             entry.help,
-            "no place near is known for m1 with which all are planned: move k4"
+            "no place near is known for m1 with which all are planned"
         );
     }
 }

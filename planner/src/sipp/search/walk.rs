@@ -5,7 +5,8 @@
 //! knows of it, in full by the costmap. A state stands for all the time for which its place is free
 //! to hover at from then on. Its steps are tried for the first moment; one that is blocked then is
 //! tried again for when it may be free, and one that is not for when the place it leads to is free
-//! the next time.
+//! the next time. So is one to a place that was reached before, where a drone is to come back there
+//! ([`Setting::comes_back`]); mostly it only costs states.
 
 use std::cell::RefCell;
 use std::collections::BinaryHeap;
