@@ -98,7 +98,7 @@ pub(crate) fn section(
 ) {
     let names = &finding.names;
     let what = match names.is_empty() {
-        true => "The finding names nothing: after is as before.".to_owned(),
+        true => "The finding names nothing that is applied: after is as before.".to_owned(),
         false => format!("With {}.", joined(names.iter(), ", ")),
     };
     let begun = finding.begun.iter().map(|(name, t_s)| {

@@ -111,9 +111,9 @@ pub struct NoFinding(ron::error::SpannedError);
 /// What a `finding.ron` says: as a correction of a simulation, and in names.
 #[derive(Clone, Debug)]
 pub struct FindingFile {
-    /// Every effect and fault that is named, as it is applied.
+    /// Every effect and fault that is named and applied.
     pub correction: Hypothesis,
-    /// Their names.
+    /// Names of those.
     pub names: Vec<String>,
     /// Names of the recordings that it was found in.
     pub recordings: Vec<String>,
@@ -177,7 +177,10 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         begun,
         of_one_probe,
         recordings,
-        names: named.into_iter().map(|effect| effect.name).collect(),
+        names: { named.into_iter() }
+            .filter(|effect| effect.probe.is_none())
+            .map(|effect| effect.name)
+            .collect(),
     })
 }
 

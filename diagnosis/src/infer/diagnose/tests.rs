@@ -399,6 +399,7 @@ fn a_gain_of_one_of_several_probes_is_its_own_and_that_of_all_is_not() {
     let file = read_finding(&finding_ron(&found)).expect("a finding");
     assert_eq!(file.correction.sensor, Sensor::default());
     assert_eq!(file.of_one_probe, [("sensor_gain".to_owned(), 1)]);
+    assert!(file.names.is_empty());
 
     let all = |of: &Sample, _: &mut Draws| 1.3 * of.simulated;
     let found = diagnose(&read_of(two_probes(), 6, all)).expect("it can be compared");
