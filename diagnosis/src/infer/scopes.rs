@@ -32,8 +32,8 @@ const FITTED_OF_PROBES: usize = 10;
 const CHI2_95: f64 = 3.84;
 /// Candidates whose own parameters tell a moment, or a slope in time.
 const OWN_TIME: [&str; 3] = ["payload_mass", "recirculation", "sensor_drift"];
-/// Faults that one probe of several may have alone: all have one clock and one make, and a draught
-/// in the place of one does what an offset does.
+/// Faults that one probe of several may have alone: all have one clock and one make, and a vent
+/// below one does what an offset does.
 const OF_ONE: [&str; 3] = ["sensor_gain", "sensor_lag", SATURATION];
 /// Its parameter is over the highest reading.
 const SATURATION: &str = "sensor_saturation";

@@ -79,8 +79,8 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
 
 /// Tries by the reservation table until a path holds; where all that can be reached leads nowhere,
 /// once more with ways on which it comes back; of a drone that is under way then once more, what it
-/// does at first judged in full. What refutes one is in the way of the next; what still
-/// does in the end gives way, or every step is judged in full.
+/// does at first judged in full. What refutes one is in the way of the next; what still does in the
+/// end gives way, or every step is judged in full.
 fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
     let mut expansions = 0;

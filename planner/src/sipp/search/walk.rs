@@ -412,19 +412,18 @@ impl<'a> Search<'a> {
             let total = weighted(cost, remaining, self.weight_shift);
             if total > most {
                 next = next.min(total);
-            } else if is_covered {
-                if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
-                    self.labels.push(step);
-                    self.remember(self.labels.len() as u32 - 1);
-                }
             } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
-                self.open.push(Open {
-                    total,
-                    remaining,
-                    is_bound: !self.nodes.is_final(node),
-                    label: self.labels.len() as u32,
-                });
+                let label = self.labels.len() as u32;
                 self.labels.push(step);
+                match is_covered {
+                    true => self.remember(label),
+                    false => self.open.push(Open {
+                        total,
+                        remaining,
+                        is_bound: !self.nodes.is_final(node),
+                        label,
+                    }),
+                }
             }
         });
         self.labels[index as usize].expanded = Some(PartialExpansion {
