@@ -25,6 +25,8 @@ pub(crate) struct Agent {
     pub(crate) begun: Vec<Leg>,
     /// It starts on the ground, without a wake.
     pub(crate) grounded: bool,
+    /// It leaves the ground no earlier than then.
+    pub(crate) takes_off: Tick,
     /// Whose air it is in when it departs, and cannot but fly out of; see [`Agent::forgives`].
     pub(crate) forgiven: Vec<DroneId>,
     /// How long after it departs it may take for that, at first.
@@ -173,6 +175,12 @@ pub(crate) const FORGIVEN_TICKS: u32 = 200;
 /// How long it may take at first: chosen here, a quarter of that.
 pub(crate) const FIRST_FORGIVEN_TICKS: u32 = 50;
 
+/// A drone that waits on the ground for an appointment is there so long before it, if it flies
+/// alone: chosen here, 3 s to give way to others, or to be late, in.
+const EARLY_TICKS: u32 = 300;
+/// And for such a part of the flight more: chosen here.
+const EARLY_PART: u32 = 4;
+
 impl Agent {
     /// Whether a leg from `departs` on may be in a drone's way because it was before: body to body
     /// only where they would stay so.
@@ -318,9 +326,31 @@ impl Agent {
         waypoint.map_or(Tick(0), |it| it.ends)
     }
 
+    /// Until when it stays at least at one of the waypoints before this one.
+    pub(crate) fn held_until(&self, waypoint: usize) -> Tick {
+        let before = self.waypoints[..waypoint].iter().map(|it| it.until);
+        before.max().unwrap_or(Tick(0))
+    }
+
     /// Whether it has to be somewhere at a time of the plan.
     pub(crate) fn is_timed(&self) -> bool {
         self.waypoints.iter().any(Waypoint::is_timed)
+    }
+
+    /// The same drone if it stands on the ground for as long as it surely reaches its first task in
+    /// time with no other drone there; `None` where it is not due there, or would hover no longer.
+    pub(crate) fn takes_off_late(&self, roadmap: &Roadmap) -> Option<Agent> {
+        let first = self.waypoints.first()?;
+        let flies = first.distances.ticks(roadmap, self.start);
+        if !self.grounded || first.due == Tick::FOREVER || flies == UNREACHABLE {
+            return None;
+        }
+        let early = EARLY_TICKS + flies / EARLY_PART + 2 * self.lead_ticks();
+        let takes_off = Tick(first.due.0.saturating_sub(add(flies, early)));
+        (takes_off > self.departs).then(|| Agent {
+            takes_off,
+            ..self.clone()
+        })
     }
 
     /// The first waypoint that it would reach too late if nothing at all was in the way: its index,

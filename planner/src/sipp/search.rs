@@ -70,9 +70,24 @@ const MOST_TRIES: usize = 16;
 /// Finds the cheapest path for one agent.
 ///
 /// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
-/// for free are judged at once when it is looked for again.
+/// for free are judged at once when it is looked for again. A drone on the ground that is due
+/// somewhere waits there for as long as that makes it neither late nor anybody give way.
 pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
-    let searched = find(setting, agent);
+    let late = agent.takes_off_late(setting.roadmap);
+    let late = late.map(|late| find(setting, &late));
+    let searched = match late {
+        Some(late) if matches!(&late.found, Found::Path(path) if path.met.is_empty()) => late,
+        Some(late) => {
+            let rest = Setting {
+                most_expansions: setting.most_expansions.saturating_sub(late.expansions),
+                ..setting
+            };
+            let mut searched = find(rest, agent);
+            searched.expansions += late.expansions;
+            searched
+        }
+        None => find(setting, agent),
+    };
     agent.forget();
     searched
 }

@@ -151,7 +151,7 @@ pub(crate) fn by_open_rules<'a>(
         let still = covered.and_then(|share| Why::of_covered(world, share));
         let tried = match still.filter(|_| next.is_some()) {
             Some(why) => Ok(Err((why, Effort::default()))),
-            None => by_rules(world, rules, (control, &passages), &solve),
+            None => by_rules(world, (rules, covered), (control, &passages), &solve),
         };
         let why = match tried {
             Ok(Ok(solved)) => {
@@ -221,21 +221,21 @@ enum Rules {
 const MOST_PARTS_LAST: f64 = 2.0;
 
 /// Paths by the rules of one world; why they are given up, and what that took, unless they are the
-/// last. What lies between is tried within a budget of states, and what it would refuse is not
-/// looked at again.
+/// last. What lies between is tried within a budget of states, fewer where wakes are known to have
+/// `covered` much of the floor, and what it would refuse is not looked at again.
 fn by_rules<'a>(
     world: &'a World,
-    rules: Rules,
+    (rules, covered): (Rules, Option<f64>),
     (control, passages): (&'a Control<'a>, &Passages),
     solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
     let mut run = Run::new(world, control, passages)?;
     if matches!(rules, Rules::First | Rules::Between) {
         let is_first = rules == Rules::First;
-        if let Some(why) = Why::before(world, &run.job) {
-            return Ok(Err((why, run.effort)));
+        match most_states(world, &run.job, is_first, covered) {
+            Ok(most) => run.most_expansions = most,
+            Err(why) => return Ok(Err((why, run.effort))),
         }
-        run.most_expansions = most_states(world, is_first);
         run.is_tried = run.most_expansions.is_some();
     }
     run.parts = match rules {

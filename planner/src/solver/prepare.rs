@@ -418,6 +418,7 @@ pub(crate) fn agent_of(
         is_sent: false,
         is_caught: false,
         grounded: false,
+        takes_off: Tick(0),
         waypoints,
         kinds,
         ending: ending.after_rest(lead_ticks),

@@ -21,6 +21,11 @@ const MOST_COVERED_ADVECTED: f64 = 0.16;
 /// The same of smooth motion with quasi-static wakes. Chosen here: of the same halls those of 600
 /// (0.18) and 700 take 4 and 7 s of CPU, one of 1000 (0.30) with both rules named in it 23.
 const MOST_COVERED_SMOOTH: f64 = 0.25;
+/// Fleets up to this size are tried in smooth motion with quasi-static wakes whatever these cover,
+/// if only for so many states a drone: chosen here, a second of work at most. A show of a hundred
+/// that rises to a sphere (0.44) takes half of them.
+const MOST_TRIED_COVERED: usize = 100;
+const STATES_A_DRONE_COVERED: u64 = 1_000;
 /// States a drone after which a larger fleet is planned by the next weaker rules: chosen here, more
 /// than halls of 500 take.
 const STATES_A_DRONE: u64 = 3_000;
@@ -46,11 +51,39 @@ fn slow_to_stop(world: &World) -> Option<(&str, f64)> {
     stops.find(|(_, stop_s)| is_smooth && !STOP_S.contain(*stop_s))
 }
 
-/// States of a try that is not the last; `None`: by all its rules a small fleet gets as many as it
-/// takes.
-pub(crate) fn most_states(world: &World, is_first: bool) -> Option<u64> {
+/// States of a try that is not the last, where wakes cover this share of the floor if that is
+/// known; `None`: by all its rules a small fleet gets as many as it takes.
+///
+/// # Errors
+/// Why nothing is to be tried.
+pub(crate) fn most_states(
+    world: &World,
+    job: &Job,
+    is_first: bool,
+    covered: Option<f64>,
+) -> Result<Option<u64>, Why> {
+    if let Some((name, stop_s)) = slow_to_stop(world) {
+        return Err(Why::SlowToStop(name.to_owned(), stop_s));
+    }
     let drones = world.drones.len();
-    (drones > MOST_SMALL || !is_first).then(|| STATES_A_DRONE * drones as u64)
+    if drones <= MOST_SMALL {
+        return Ok((!is_first).then(|| STATES_A_DRONE * drones as u64));
+    }
+    let share = covered.unwrap_or_else(|| covered_share(world, job));
+    match Why::of_covered(world, share) {
+        Some(why) => Err(why),
+        None if share > most_covered(world) => Ok(Some(STATES_A_DRONE_COVERED * drones as u64)),
+        None => Ok(Some(STATES_A_DRONE * drones as u64)),
+    }
+}
+
+/// Share of the floor under wakes above which the rules of a larger fleet's world are not tried, or
+/// not for long.
+fn most_covered(world: &World) -> f64 {
+    match world.convection {
+        Some(_) => MOST_COVERED_ADVECTED,
+        None => MOST_COVERED_SMOOTH,
+    }
 }
 
 /// Why rules that a scenario leaves open are given up.
@@ -69,24 +102,11 @@ pub(crate) enum Why {
 }
 
 impl Why {
-    /// What is known before anything is planned.
-    pub(crate) fn before(world: &World, job: &Job) -> Option<Why> {
-        if let Some((name, stop_s)) = slow_to_stop(world) {
-            return Some(Why::SlowToStop(name.to_owned(), stop_s));
-        }
-        if world.drones.len() <= MOST_SMALL {
-            return None;
-        }
-        Why::of_covered(world, covered_share(world, job))
-    }
-
-    /// The same where wakes cover this share of the floor, whatever the rules.
+    /// The rules of a world are not tried where wakes cover this share of the floor.
     pub(crate) fn of_covered(world: &World, share: f64) -> Option<Why> {
-        let most = match world.convection {
-            Some(_) => MOST_COVERED_ADVECTED,
-            None => MOST_COVERED_SMOOTH,
-        };
-        (share > most).then_some(Why::Covered(share, most))
+        let most = most_covered(world);
+        let is_tried = world.convection.is_none() && world.drones.len() <= MOST_TRIED_COVERED;
+        (share > most && !is_tried).then_some(Why::Covered(share, most))
     }
 
     /// As a note on a plan without advected wakes, or else without smooth motion.
@@ -242,10 +262,10 @@ mod tests {
         assert!(read_world(&one("slow", "planning: (motion: Smooth)")).is_err());
     }
 
-    /// 36 drones that hover 2 m apart in a hall this wide (m), one of which climbs.
-    fn crowd(width_m: f64) -> String {
+    /// Rows of as many drones that hover 2 m apart in a hall this wide (m), one of which climbs.
+    fn crowd(width_m: f64, row: usize) -> String {
         let drone = |k: usize| {
-            let [x, y] = [k % 6, k / 6].map(|it| 1.5 + 2.0 * it as f64);
+            let [x, y] = [k % row, k / row].map(|it| 1.5 + 2.0 * it as f64);
             let tasks = if k == 0 {
                 format!("(to_m: ({x}, {y}, 5.5))")
             } else {
@@ -255,7 +275,7 @@ mod tests {
                 r#"(name: "d{k}", airframe: "offboard-2", start_m: ({x}, {y}, 3.5), tasks: [{tasks}])"#
             )
         };
-        let drones: Vec<String> = (0..36).map(drone).collect();
+        let drones: Vec<String> = (0..row * row).map(drone).collect();
         format!(
             r#"(name: "crowd", bounds_m: (min: (0, 0, 0), max: ({width_m}, {width_m}, 8)),
             planning: (cell_m: 1), drones: [{}])"#,
@@ -265,11 +285,11 @@ mod tests {
 
     #[test]
     fn wakes_that_cover_much_of_the_floor_follow_their_drones_and_then_motion_is_straight_too() {
-        let none = planned(&crowd(19.0));
+        let none = planned(&crowd(19.0, 6));
         assert!(none.plan.drones[0].trajectory.is_smooth() && !none.plan.quasi_static);
         assert!(none.notes.is_empty(), "{:?}", none.notes);
 
-        let one = planned(&crowd(15.0));
+        let one = planned(&crowd(15.0, 6));
         assert!(one.plan.is_safe() && one.plan.quasi_static);
         assert!(one.plan.drones[0].trajectory.is_smooth());
         let [note] = &one.notes[..] else {
@@ -284,7 +304,11 @@ mod tests {
             "{note}"
         );
 
-        let both = planned(&crowd(13.0));
+        // A hundred are tried all the same.
+        let few = planned(&crowd(13.0, 6));
+        assert!(few.plan.is_safe() && few.plan.drones[0].trajectory.is_smooth());
+
+        let both = planned(&crowd(23.0, 11));
         assert!(both.plan.is_safe() && both.plan.quasi_static);
         assert!(!both.plan.drones[0].trajectory.is_smooth());
         let [_, note] = &both.notes[..] else {

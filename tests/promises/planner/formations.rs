@@ -128,3 +128,37 @@ fn no_drone_takes_a_place_that_only_another_can_take() {
         "to_m: [(5, 3, 2), (11, 3, 2)], during_s: (5.3, 8)",
     );
 }
+
+/// A drone in the way of one that takes off late hovers above it.
+#[test]
+fn who_is_due_late_waits_on_the_ground_and_flies_straight_there() {
+    let text = |due_s: f64, others: &str| {
+        format!(
+            r#"(name: "late", bounds_m: (min: (0, 0, 0), max: (20, 10, 6)), drones: [
+                (name: "k1", airframe: "kolibri", start_m: (2, 2, 0.1), at_start: Landed, at_end: Land,
+                    tasks: [(to_m: (15, 5, 2), during_s: ({due_s}, 42)), (to_m: (10, 5, 2))]),
+                {others}])"#
+        )
+    };
+    let planned = |due_s: f64, others: &str| {
+        let world = planner::read_world(&text(due_s, others)).unwrap();
+        let outcome = plan_world(&world, &Control::QUIET).unwrap();
+        let plan = outcome.into_planned().unwrap().plan;
+        assert_eq!((plan.unplanned.len(), plan.violations.len()), (0, 0));
+        assert_eq!(missing(&world, &plan), [""; 0]);
+        plan
+    };
+    for due_s in [10.0, 14.0, 40.0] {
+        let plan = planned(due_s, "");
+        let (from_s, _) = plan.drones[0].airborne_s;
+        // Its flight takes 10 s; it is early by 3 s and a quarter of that.
+        assert!((from_s - (due_s - 16.0).max(0.0)).abs() < 0.5, "{from_s}");
+        assert!(plan.drones[0].detour_m < 0.2, "{plan:#?}");
+    }
+    // One comes to hover above it, from when it would take off on.
+    let above = r#"(name: "o1", airframe: "offboard-2", start_m: (2, 8, 3),
+        tasks: [(to_m: (2, 2, 3), during_s: (15, 60))])"#;
+    let plan = planned(40.0, above);
+    let (from_s, _) = plan.drones[0].airborne_s;
+    assert!(from_s < 15.0, "{from_s}");
+}
