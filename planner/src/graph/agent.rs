@@ -326,12 +326,6 @@ impl Agent {
         waypoint.map_or(Tick(0), |it| it.ends)
     }
 
-    /// Until when it stays at least at one of the waypoints before this one.
-    pub(crate) fn held_until(&self, waypoint: usize) -> Tick {
-        let before = self.waypoints[..waypoint].iter().map(|it| it.until);
-        before.max().unwrap_or(Tick(0))
-    }
-
     /// Whether it has to be somewhere at a time of the plan.
     pub(crate) fn is_timed(&self) -> bool {
         self.waypoints.iter().any(Waypoint::is_timed)

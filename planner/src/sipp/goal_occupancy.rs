@@ -44,23 +44,39 @@ struct StayPrice {
     never: Option<(DroneId, Why, Tick)>,
 }
 
+/// How long a stay lasts.
+#[derive(Clone, Copy, Debug)]
+struct Lasts {
+    /// From its beginning, at least; [`Tick::FOREVER`]'s: until the end.
+    ticks: u32,
+    /// And no shorter than until this tick.
+    until: u32,
+}
+
+impl Lasts {
+    /// When one ends that begins at this tick.
+    fn until(self, begin: u32) -> u32 {
+        begin.saturating_add(self.ticks).max(self.until)
+    }
+}
+
 impl StayPrice {
-    /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s until the end.
-    fn new(setting: &Setting<'_>, stay: Leg, ticks: u32) -> StayPrice {
+    /// The price of `stay`, whenever it begins, for as long as it lasts.
+    fn new(setting: &Setting<'_>, stay: Leg, lasts: Lasts) -> StayPrice {
         let mut verdict = Verdict::default();
         setting.judge(&stay, &mut verdict);
         let blockers = &mut verdict.blockers;
         blockers.sort_unstable_by_key(|b| (b.drone, b.began, b.clear));
         blockers.dedup_by_key(|b| (b.drone, b.began, b.clear));
         // Before others come one may dwell.
-        let first = stay.start.0.saturating_add(ticks);
+        let first = lasts.until(stay.start.0);
         let stays = |b: &&Blocker| {
             let is_immovable = setting.weights[b.drone.0 as usize] == IMMOVABLE;
             is_immovable && b.clear == Tick::FOREVER && b.began.0 < first
         };
         let never = blockers.iter().find(stays);
         let never = never.map(|b| (b.drone, b.why, b.began));
-        let steps = steps(setting.weights, blockers, ticks);
+        let steps = steps(setting.weights, blockers, lasts);
         let mut later = vec![u32::MAX; steps.len()];
         for index in (1..steps.len()).rev() {
             let (from, price) = steps[index];
@@ -125,18 +141,23 @@ impl Stays {
         };
         let dwells = agent.waypoints.iter().zip(&agent.kinds[1..]);
         let dwells = dwells.map(|(waypoint, &kind)| {
-            let price = match waypoint.dwell_ticks {
-                0 => StayPrice::default(),
-                ticks => {
-                    StayPrice::new(setting, stay(waypoint.distances.goal(), kind, true), ticks)
-                }
+            let lasts = Lasts {
+                ticks: waypoint.dwell_ticks,
+                until: waypoint.until.0,
+            };
+            let hovers = stay(waypoint.distances.goal(), kind, true);
+            let price = match (lasts.ticks, lasts.until) {
+                (0, 0) => StayPrice::default(),
+                _ => StayPrice::new(setting, hovers, lasts),
             };
             (waypoint.rest_ticks, price)
         });
         let flies = !agent.waypoints.is_empty() || !agent.grounded;
         let end = match (agent.ending, agent.kinds.last()) {
             (Ending::Hover, Some(&kind)) => {
-                StayPrice::new(setting, stay(agent.last_vertex(), kind, flies), u32::MAX)
+                let ticks = u32::MAX;
+                let lasts = Lasts { ticks, until: 0 };
+                StayPrice::new(setting, stay(agent.last_vertex(), kind, flies), lasts)
             }
             _ => StayPrice::default(),
         };
@@ -187,13 +208,13 @@ impl Stays {
 }
 
 /// Beginnings of a stay between which the same drones are met, and what they cost together.
-fn steps(weights: &[u32], blockers: &[Blocker], ticks: u32) -> Vec<(u32, u32)> {
+fn steps(weights: &[u32], blockers: &[Blocker], lasts: Lasts) -> Vec<(u32, u32)> {
     if blockers.is_empty() {
         return Vec::new();
     }
     let mut begins: Vec<u32> = vec![0];
     for blocker in blockers {
-        begins.push((blocker.began.0 + 1).saturating_sub(ticks));
+        begins.push((blocker.began.0 + 1).saturating_sub(lasts.ticks));
         if blocker.clear != Tick::FOREVER {
             begins.push(blocker.clear.0);
         }
@@ -204,7 +225,7 @@ fn steps(weights: &[u32], blockers: &[Blocker], ticks: u32) -> Vec<(u32, u32)> {
         let mut price = 0_u32;
         let mut last = None;
         for blocker in blockers {
-            let meets = blocker.began.0 < begin.saturating_add(ticks) && begin < blocker.clear.0;
+            let meets = blocker.began.0 < lasts.until(begin) && begin < blocker.clear.0;
             // Blockers are sorted by drone: each is paid for once.
             if meets && last != Some(blocker.drone) {
                 price = price.saturating_add(weights[blocker.drone.0 as usize]);
@@ -244,7 +265,14 @@ mod tests {
         ];
         let weights = [50, 70];
         assert_eq!(
-            steps(&weights, &blockers, 100),
+            steps(
+                &weights,
+                &blockers,
+                Lasts {
+                    ticks: 100,
+                    until: 0
+                }
+            ),
             [
                 (0, 0),
                 (1, 50),
@@ -256,8 +284,28 @@ mod tests {
             ]
         );
         assert_eq!(
-            steps(&weights, &blockers, u32::MAX),
+            steps(
+                &weights,
+                &blockers,
+                Lasts {
+                    ticks: u32::MAX,
+                    until: 0
+                }
+            ),
             [(0, 120), (200, 120), (300, 70), (600, 0)]
+        );
+    }
+
+    #[test]
+    fn a_stay_until_a_moment_meets_all_who_come_before_it() {
+        let blockers = [blocker(0, 100, 200), blocker(1, 500, 600)];
+        let lasts = Lasts {
+            ticks: 50,
+            until: 300,
+        };
+        assert_eq!(
+            steps(&[50, 70], &blockers, lasts),
+            [(0, 50), (51, 50), (200, 0), (451, 70), (600, 0)]
         );
     }
 

@@ -49,8 +49,8 @@ const ANY_SHIFT: u32 = 2;
 /// the same sum of costs within 1 %.
 const TURN_TICKS: u32 = 5;
 
-/// Time under way that makes nothing late costs such a part of what being late does: chosen here,
-/// so that a step of 1 m at 2 m/s is dearer than a turn.
+/// Flight that makes nothing late costs such a part of what being late does: chosen here, so that a
+/// step of 1 m at 2 m/s is dearer than a turn.
 const EARLY_SHARE: u32 = 2;
 
 /// States after which it is asked whether to stop: chosen here, without tables some hundredths of a
@@ -96,6 +96,9 @@ pub(super) struct Search<'a> {
     pub(super) obstruction: Option<Obstruction>,
     /// What remains counts one part in 2ⁿ more; see [`weighted`].
     weight_shift: u32,
+    /// So many appointments were kept on a way past nobody: every other way to the last of them
+    /// leads to the same place at the same time.
+    kept: u16,
     /// States expanded so far.
     pub(super) expansions: u64,
 }
@@ -125,6 +128,7 @@ impl<'a> Search<'a> {
             all: Verdict::default(),
             obstruction: None,
             weight_shift,
+            kept: 0,
             expansions: 0,
         }
     }
@@ -199,6 +203,9 @@ impl<'a> Search<'a> {
     fn expand_next(&mut self, open: Open) -> Option<Found> {
         let Open { label, total, .. } = open;
         let found = self.labels[label as usize];
+        if found.waypoint < self.kept {
+            return None;
+        }
         if found.expanded.is_some() {
             self.expand_partially(label, total);
             return None;
@@ -281,7 +288,7 @@ impl<'a> Search<'a> {
         let excess = self.stays.excess(label.waypoint, ends, is_paid);
         // The highest: a drone who never leaves is where it has to stay.
         let all = label.paid.saturating_add(ends).checked_add(excess)?;
-        let all = all.saturating_add(self.roundabout(label.waypoint, ends));
+        let all = all.saturating_add(self.aloft(self.nodes.remaining(node)));
         Some(all.max(least)).filter(|cost| *cost < u32::MAX)
     }
 
@@ -301,18 +308,18 @@ impl<'a> Search<'a> {
             }
         }
         let ends = at.0.saturating_add(remaining);
-        let roundabout = self.roundabout(waypoint, ends);
         let ends = ends.max(self.agent.ends_from(next).0);
-        let least = paid.saturating_add(ends).saturating_add(roundabout);
+        let least = paid.saturating_add(ends);
+        let least = least.saturating_add(self.aloft(remaining));
         (least < u32::MAX).then_some(least)
     }
 
-    /// What time under way costs a drone that has an appointment, whether it is early there or not:
-    /// all that is in time would cost the same otherwise.
-    fn roundabout(&self, waypoint: u16, ends: u32) -> u32 {
+    /// What so long a flight costs a drone that has an appointment, be it early there or not: all
+    /// that is in time would cost the same otherwise.
+    fn aloft(&self, ticks: u32) -> u32 {
         match self.agent.ends_from(0) {
             Tick(0) => 0,
-            _ => ends.saturating_sub(self.agent.held_until(usize::from(waypoint)).0) / EARLY_SHARE,
+            _ => ticks / EARLY_SHARE,
         }
     }
 
@@ -338,6 +345,11 @@ impl<'a> Search<'a> {
         let label = self.labels[index as usize];
         let node = self.nodes.at(&label);
         self.nodes.visit(node, &label);
+        let past = usize::from(label.waypoint).checked_sub(1);
+        let until = past.map(|past| self.agent.waypoints[past].until);
+        if label.step == Step::Dwell && label.met == 0 && until == Some(label.at) {
+            self.kept = label.waypoint;
+        }
         let waypoint = self.agent.waypoints.get(usize::from(label.waypoint));
         let done = Label {
             departs: label.at,
@@ -394,7 +406,8 @@ impl<'a> Search<'a> {
             let (departs, heading, turned) = self.following(&label, to, ticks, n);
             let at = departs.after(ticks);
             let node = self.nodes.flying(label.waypoint, to);
-            let Some(least) = self.least(node, label.waypoint, label.paid, at) else {
+            let paid = label.paid.saturating_add(self.aloft(ticks));
+            let Some(least) = self.least(node, label.waypoint, paid, at) else {
                 return;
             };
             // Mostly that alone is too dear.
@@ -412,6 +425,7 @@ impl<'a> Search<'a> {
                 at,
                 heading,
                 turned,
+                paid,
                 parent: index,
                 judged: false,
                 expanded: None,
@@ -929,7 +943,10 @@ impl<'a> Search<'a> {
         let mut later = Label {
             departs: Tick(departs),
             at,
-            paid: from.paid,
+            paid: match label.step {
+                Step::Move => from.paid + self.aloft(label.at.0 - label.departs.0),
+                _ => from.paid,
+            },
             met: from.met,
             judged: false,
             expanded: None,
