@@ -71,10 +71,15 @@ const MOST_TRIES: usize = 16;
 ///
 /// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
 /// for free are judged at once when it is looked for again. A drone on the ground that is due
-/// somewhere waits there for as long as that makes it neither late nor anybody give way.
+/// somewhere waits there for as long as that makes it neither late nor anybody give way; half of
+/// the states may go into that.
 pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
+    let half = Setting {
+        most_expansions: setting.most_expansions / 2,
+        ..setting
+    };
     let late = agent.takes_off_late(setting.roadmap);
-    let late = late.map(|late| find(setting, &late));
+    let late = late.map(|late| find(half, &late));
     let searched = match late {
         Some(late) if matches!(&late.found, Found::Path(path) if path.met.is_empty()) => late,
         Some(late) => {

@@ -944,7 +944,10 @@ impl<'a> Search<'a> {
             departs: Tick(departs),
             at,
             paid: match label.step {
-                Step::Move => from.paid + self.aloft(label.at.0 - label.departs.0),
+                Step::Move => {
+                    let ticks = label.at.0 - label.departs.0;
+                    from.paid.saturating_add(self.aloft(ticks))
+                }
                 _ => from.paid,
             },
             met: from.met,
