@@ -331,8 +331,8 @@ impl Agent {
         self.waypoints.iter().any(Waypoint::is_timed)
     }
 
-    /// The same drone if it stands on the ground for so long that with no other drone there it comes
-    /// to its first task not much too early; `None` where it is not due there, or does so anyway.
+    /// The same drone if it stands on the ground for so long that, alone, it comes to its first
+    /// task not much too early; `None` where it is not due there, or does so anyway.
     pub(crate) fn takes_off_late(&self, roadmap: &Roadmap) -> Option<Agent> {
         let first = self.waypoints.first()?;
         let flies = first.distances.ticks(roadmap, self.start);
