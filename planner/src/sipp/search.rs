@@ -74,24 +74,24 @@ const MOST_TRIES: usize = 16;
 /// somewhere waits there for as long as that makes it neither late nor anybody give way; half of
 /// the states may go into that.
 pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
-    let half = Setting {
-        most_expansions: setting.most_expansions / 2,
-        ..setting
+    let within = |agent: &Agent, most_expansions| {
+        let setting = Setting {
+            most_expansions,
+            ..setting
+        };
+        find(setting, agent)
     };
+    let most = setting.most_expansions;
     let late = agent.takes_off_late(setting.roadmap);
-    let late = late.map(|late| find(half, &late));
+    let late = late.map(|late| within(&late, most / 2));
     let searched = match late {
         Some(late) if matches!(&late.found, Found::Path(path) if path.met.is_empty()) => late,
-        Some(late) => {
-            let rest = Setting {
-                most_expansions: setting.most_expansions.saturating_sub(late.expansions),
-                ..setting
-            };
-            let mut searched = find(rest, agent);
-            searched.expansions += late.expansions;
+        late => {
+            let spent = late.map_or(0, |late| late.expansions);
+            let mut searched = within(agent, most.saturating_sub(spent));
+            searched.expansions += spent;
             searched
         }
-        None => find(setting, agent),
     };
     agent.forget();
     searched

@@ -24,8 +24,8 @@ const MOST_COVERED_SMOOTH: f64 = 0.25;
 /// Fleets up to this size are tried with advected wakes up to that share, some seconds of work at
 /// most, and in smooth motion with quasi-static wakes above any, if only for so many states a
 /// drone, two seconds of work. All chosen here: 60 `offboard-1` that trade places at random in a
-/// hall (0.38) take a second with both rules; a show of a hundred that rises to a sphere (0.44)
-/// takes a quarter of these states, and with both rules 18 s.
+/// hall (0.38) take a second with both rules; `scenarios/light-show.ron` (0.44) takes a quarter of
+/// these states, and with both rules named in it 18 s.
 const MOST_MIDDLING: usize = 100;
 const MOST_COVERED_MIDDLING: f64 = 0.4;
 const STATES_A_DRONE_COVERED: u64 = 2_000;

@@ -129,7 +129,7 @@ fn no_drone_takes_a_place_that_only_another_can_take() {
     );
 }
 
-/// A drone in the way of one that takes off late hovers above it.
+/// Where another is to hover above it from then on, it takes off before.
 #[test]
 fn who_is_due_late_waits_on_the_ground_and_flies_straight_there() {
     let text = |due_s: f64, others: &str| {

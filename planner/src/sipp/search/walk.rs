@@ -96,8 +96,8 @@ pub(super) struct Search<'a> {
     pub(super) obstruction: Option<Obstruction>,
     /// What remains counts one part in 2ⁿ more; see [`weighted`].
     weight_shift: u32,
-    /// So many appointments were kept on a way past nobody: every other way to the last of them
-    /// leads to the same place at the same time.
+    /// Appointments at so many of the first waypoints were kept on a way that meets no drone: every
+    /// other way to the last of them leads to the same place at the same time.
     kept: u16,
     /// States expanded so far.
     pub(super) expansions: u64,
