@@ -185,9 +185,12 @@ impl Agent {
     /// Whether a leg from `departs` on may be in a drone's way because it was before: body to body
     /// only where they would stay so.
     pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
-        (blocker.why != Why::Bodies || self.is_caught)
-            && self.forgives_some(departs)
-            && self.forgiven.contains(&blocker.drone)
+        (blocker.why != Why::Bodies || self.is_caught) && self.may_forgive(blocker.drone, departs)
+    }
+
+    /// Whether it does in some way in which a leg from `departs` on may be in a drone's.
+    pub(crate) fn may_forgive(&self, drone: DroneId, departs: Tick) -> bool {
+        departs < self.departs.after(self.forgiven_ticks) && self.forgiven.contains(&drone)
     }
 
     /// A departure from which on it could keep out of what others fly already: it is sent there,
@@ -195,11 +198,6 @@ impl Agent {
     pub(crate) fn free_departure(&self, departs: Tick) -> Option<Tick> {
         let is_free = self.is_sent || departs >= self.departs.after(FORGIVEN_TICKS);
         is_free.then_some(departs)
-    }
-
-    /// Whether a leg from `departs` on may be in any drone's way.
-    pub(crate) fn forgives_some(&self, departs: Tick) -> bool {
-        !self.forgiven.is_empty() && departs < self.departs.after(self.forgiven_ticks)
     }
 
     /// What is flown of its path.

@@ -64,6 +64,10 @@ const TICKS_A_STATE: u64 = 25;
 /// states as one in which all of it is: chosen here, few of them are without tables.
 const STATES_AT_FIRST: u64 = 8;
 
+/// In a fleet under way that is larger than this no search judges every step in full where the
+/// tables leave no path: chosen here, of what takes longest in them a tenth and more.
+const MOST_JUDGED_IN_FULL: usize = 100;
+
 /// Paths tried by the reservation table's intervals before every step is judged; chosen here.
 const MOST_TRIES: usize = 16;
 
@@ -118,6 +122,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let at_first = at_first.map(|(until, most)| (until, most, false));
     // Whether all that can be reached was looked at, and leads nowhere.
     let mut is_exhausted = false;
+    let mut obstruction = None;
     for (judged_until, most, comes_back) in by_tables.into_iter().chain(at_first) {
         if comes_back && (setting.comes_back || !is_exhausted) {
             continue;
@@ -136,8 +141,9 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             expansions += searched.expansions;
             searched.expansions = expansions;
             let Found::Path(path) = &mut searched.found else {
-                if searched.found == Found::Stopped {
-                    return searched;
+                match searched.found {
+                    Found::Blocked(by) => obstruction = by,
+                    _ => return searched,
                 }
                 is_exhausted = expansions < until;
                 break;
@@ -152,6 +158,14 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
                 break;
             }
         }
+    }
+    // Of drones of a large fleet that is under way one of 260 found a path then (halls of 500).
+    let is_large = setting.weights.len() > MOST_JUDGED_IN_FULL;
+    if setting.reservations.is_some() && !setting.under_way.is_empty() && is_large {
+        return Searched {
+            found: Found::Blocked(obstruction),
+            expansions,
+        };
     }
     let left = setting.most_expansions.saturating_sub(expansions);
     let whole = Setting {

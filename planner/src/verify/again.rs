@@ -15,7 +15,7 @@ use super::extents::Span;
 use super::scene::Scene;
 use super::time::encounters::{Encounter, encounters_of};
 use super::time::spans::join;
-use crate::plan::{DronePlan, Plan, TrajectoryEntry};
+use crate::plan::{DronePlan, Plan, TrajectoryEntry, Violation};
 
 /// What was found of every drone of a plan whose places, air and margins stay as they are. Copies
 /// share it.
@@ -110,9 +110,14 @@ impl FlownEntry {
 pub(super) enum Still {
     /// All that was found of it.
     True(Arc<Judgement>),
-    /// That it breaks nothing outside of these spans, in order of time (s); where it is `another`
-    /// in the last of them, what it breaks by itself is not known at all.
-    During { spans_s: Vec<Span>, another: bool },
+    /// What it broke before all of these spans, and that it breaks nothing else outside of them, in
+    /// order of time (s); where it is `another` in the last of them, what it breaks by itself is
+    /// not known at all.
+    During {
+        before: Arc<Judgement>,
+        spans_s: Vec<Span>,
+        another: bool,
+    },
     /// Nothing is known.
     Unknown,
 }
@@ -151,19 +156,26 @@ impl Judgements {
             // A clock may be ahead. Encounters that another flight has anew end after it differs:
             // those kept stay all there are.
             let is_over = |differs_s: f64, until_s: f64| until_s + apart_s < differs_s;
-            let mut before = known.near.iter();
-            let was = before.all(|(other, until_s)| is_over(of_other_s(other), *until_s));
+            let before = known.near.iter();
+            let before = before.map(|(other, until_s)| (of_other_s(other), *until_s));
+            let was = before.filter(|it| !is_over(it.0, it.1));
+            let was_s = was.map(|it| it.0).fold(f64::INFINITY, f64::min);
             let now = with_changed[k].iter();
             let mut spans_s: Vec<Span> = now
                 .filter(|it| differs_s[it.other] < f64::INFINITY)
                 .filter(|it| !is_over(differs_s[it.other], it.span_s.1))
-                .map(|it| it.span_s)
+                .map(|it| (it.span_s.0.max(differs_s[it.other] - apart_s), it.span_s.1))
                 .collect();
-            if was && spans_s.is_empty() && !another {
+            if was_s == f64::INFINITY && spans_s.is_empty() && !another {
                 return Still::True(Arc::clone(&known.judgement));
             }
-            // Less air and fewer bodies break nothing.
-            if !known.judgement.found.is_empty() {
+            // What is over before anything differs stays; of the rest less air and fewer bodies
+            // break nothing.
+            let since_s = was_s.min(differs_s[k]) - apart_s;
+            let since_s = spans_s.iter().map(|it| it.0).fold(since_s, f64::min);
+            let mut broken = known.judgement.found.iter();
+            let is_past = |it: &Violation| it.until_s.is_some_and(|it| it < since_s);
+            if known.judgement.untold > 0 || !broken.all(is_past) {
                 return Still::Unknown;
             }
             if another {
@@ -173,7 +185,11 @@ impl Judgements {
             let mut joined = Vec::new();
             spans_s.into_iter().for_each(|it| join(&mut joined, it));
             let spans_s = joined;
-            Still::During { spans_s, another }
+            Still::During {
+                before: Arc::clone(&known.judgement),
+                spans_s,
+                another,
+            }
         };
         let still: Vec<Still> = (0..flights.len()).map(still).collect();
         let near = encounters_of(scene, apart_s, &|k| !matches!(still[k], Still::True(_)));

@@ -203,7 +203,7 @@ pub(crate) fn verify_drones(plan: &Plan) -> Report {
 }
 
 /// What was found of one flight.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Judgement {
     found: Vec<Violation>,
     /// How many more there are.
@@ -234,14 +234,14 @@ fn breaks_alone(scene: &Scene<'_>, k: usize) -> bool {
     !by_itself(scene, &scene.flights[k]).is_empty()
 }
 
-/// What a flight breaks among others, which broke nothing before, and is what it was, as are those
-/// near it, outside of these spans; `None`: it breaks something now.
-fn judgement_during(
+/// Whether a flight breaks nothing among others during these spans; outside of them it is what it
+/// was, as are those near it.
+fn breaks_nothing_during(
     scene: &Scene<'_>,
     near: &[Encounter],
     k: usize,
     spans_s: &[Span],
-) -> Option<Judgement> {
+) -> bool {
     let within = |it: &Encounter| {
         let parts = spans_s
             .iter()
@@ -254,7 +254,7 @@ fn judgement_during(
     };
     let near: Vec<Encounter> = near.iter().flat_map(within).collect();
     let judged = among(scene, (&near, k), Vec::new(), None);
-    (judged.found.is_empty() && judged.untold == 0).then_some(judged)
+    judged.found.is_empty() && judged.untold == 0
 }
 
 /// What a flight breaks by itself, which is known, and among those near it.
@@ -330,7 +330,10 @@ fn report(
             let during = match still {
                 Still::True(known) => return (known, met),
                 Still::During { another, .. } if another && breaks_alone(scene, k) => None,
-                Still::During { spans_s, .. } => judgement_during(scene, near, k, &spans_s),
+                Still::During {
+                    before, spans_s, ..
+                } => breaks_nothing_during(scene, near, k, &spans_s)
+                    .then(|| Judgement::clone(&before)),
                 Still::Unknown => None,
             };
             let judged =

@@ -144,6 +144,42 @@ fn flights_judged_again_where_others_changed_break_what_the_whole_plan_judged_an
     assert_eq!(running.flown().violations, []);
 }
 
+#[test]
+fn what_was_broken_before_a_change_stays_told_after_it() {
+    let (world, plan) = hall(60);
+    let mut running = Running::new(world, plan.clone()).expect("its plan");
+    let later = |drone: &DronePlan, since_s: f64| {
+        let mut noted = drone.clone();
+        let times_s = noted.trajectory.t_s.iter_mut();
+        times_s
+            .filter(|t_s| **t_s > since_s)
+            .for_each(|t_s| *t_s += 1.5);
+        noted.arrives_s += 1.5;
+        noted
+    };
+    let (early, late): (Vec<_>, Vec<_>) = (plan.drones.iter().enumerate())
+        .filter(|(k, _)| k % 7 == 0)
+        .partition(|(k, _)| k % 14 == 0);
+    for (_, drone) in early {
+        running.note(0.0, &[later(drone, 0.0)]).expect("in order");
+    }
+    let with = |running: &Running, until_s: f64| {
+        let all = running.flown().violations.iter();
+        let past = |it: &&Violation| it.until_s.is_some_and(|it| it < until_s);
+        all.filter(|it| it.with.is_some() && past(it)).count()
+    };
+    let before = with(&running, 8.0);
+    assert!(before > 0);
+    for (_, drone) in late {
+        running.note(10.0, &[later(drone, 10.0)]).expect("in order");
+        assert_eq!(
+            running.flown().violations,
+            verify(running.flown()).violations
+        );
+    }
+    assert_eq!(with(&running, 8.0), before);
+}
+
 /// What a plan says of itself is what follows from its trajectories.
 fn figures_follow(plan: &Plan) {
     let text = serde_json::to_string(plan).expect("a plan");

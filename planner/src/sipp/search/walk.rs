@@ -671,7 +671,12 @@ impl<'a> Search<'a> {
         }
         let mut all = std::mem::take(&mut self.all);
         all.clear();
-        let brief = self.judge_in_brief(&from, &label, &mut all);
+        let mut brief = self.judge_in_brief(&from, &label, &mut all);
+        // What is forgiven depends on how a drone is in the way.
+        let is_forgiven = |it: &Blocker| self.agent.may_forgive(it.drone, label.departs);
+        if all.blockers.iter().any(is_forgiven) {
+            brief = Brief::Nothing;
+        }
         let in_brief = brief != Brief::Nothing;
         if !in_brief {
             all.clear();
@@ -731,9 +736,7 @@ impl<'a> Search<'a> {
             && reservations.knows(from.vertex)
             && reservations.knows(label.vertex)
             && !self.refuted.has((from.vertex, label.vertex))
-            && label.departs >= self.setting.judged_until
-            // What is forgiven depends on how a drone is in the way.
-            && !self.agent.forgives_some(label.departs);
+            && label.departs >= self.setting.judged_until;
         let by = reservations.querier(self.agent.drone, self.kind(label.waypoint));
         let known = known && !(self.changes(from, label) && self.came_by_refuted(from));
         let Some(by) = by.filter(|_| known) else {
@@ -830,7 +833,8 @@ impl<'a> Search<'a> {
         let mut memo = self.memo.borrow_mut();
         memo.step(reservations, self.setting.costmap, &query, &mut verdict);
         let mut blockers = verdict.blockers.iter();
-        blockers.all(|it| self.met.has(label.met, it.drone))
+        let is_forgiven = |drone| self.agent.may_forgive(drone, label.departs);
+        blockers.all(|it| self.met.has(label.met, it.drone) || is_forgiven(it.drone))
     }
 
     /// Whether the step that led to a state is a refuted edge, which has to be judged in full.

@@ -43,7 +43,11 @@ pub(crate) fn encounters_of(
 ) -> Vec<Vec<Encounter>> {
     let spans_s = slabs(scene);
     let reach = Reach::new(scene);
+    let asked: Vec<bool> = (0..scene.flights.len()).map(is_asked).collect();
     let mut near: Vec<Vec<Encounter>> = vec![Vec::new(); scene.flights.len()];
+    if !asked.contains(&true) {
+        return near;
+    }
     let mut meet = |((a, b), from_s): Open, until_s: f64| {
         let span_s = (from_s, until_s);
         let [a, b] = [a, b].map(|it| it as usize);
@@ -57,8 +61,8 @@ pub(crate) fn encounters_of(
                 let apart = (from_s - apart_s, until_s + apart_s);
                 // Advected air comes from where its drone was.
                 let since_s = apart.0 - scene.longest_lag_s;
-                let mut pairs = pairs_during(&scene.flights, (since_s, apart.1), &reach);
-                pairs.retain(|(a, b)| is_asked(*a as usize) || is_asked(*b as usize));
+                let since = (since_s, apart.1);
+                let mut pairs = pairs_during(&scene.flights, &asked, since, &reach);
                 if scene.longest_lag_s > 0.0 {
                     pairs.retain(|pair| meet_advected(scene, *pair, apart, &reach));
                 }
@@ -148,8 +152,14 @@ impl Reach {
     }
 }
 
-/// Pairs near one another in one slab, in order, the lower index first.
-fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(u32, u32)> {
+/// Pairs near one another in one slab, of which at least one is asked for, in order, the lower
+/// index first.
+fn pairs_during(
+    flights: &[Flight],
+    asked: &[bool],
+    span_s: Span,
+    reach: &Reach,
+) -> Vec<(u32, u32)> {
     let boxes = flights.iter().enumerate().filter_map(|(k, flight)| {
         let places_m = flight.trajectory.box_m(span_s.0, span_s.1)?;
         Some((k, places_m))
@@ -160,7 +170,9 @@ fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(u32, u3
     for (n, one) in by_x.iter().enumerate() {
         let until_m = one.1.1.x + reach.farthest_m;
         let beside = by_x[n + 1..].iter().take_while(|two| two.1.0.x <= until_m);
-        let met = beside.filter(|two| meet(flights, one, two, reach));
+        let met = beside
+            .filter(|two| asked[one.0] || asked[two.0])
+            .filter(|two| meet(flights, one, two, reach));
         pairs.extend(met.map(|two| (one.0.min(two.0) as u32, one.0.max(two.0) as u32)));
     }
     pairs.sort_unstable();
