@@ -65,7 +65,8 @@ const TICKS_A_STATE: u64 = 25;
 const STATES_AT_FIRST: u64 = 8;
 
 /// In a fleet under way that is larger than this no search judges every step in full where the
-/// tables leave no path: chosen here, of what takes longest in them a tenth and more.
+/// tables leave no path: chosen here. In halls of 500 drones one of 260 such searches found a path,
+/// and they took a tenth of the time.
 const MOST_JUDGED_IN_FULL: usize = 100;
 
 /// Paths tried by the reservation table's intervals before every step is judged; chosen here.
@@ -159,7 +160,6 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             }
         }
     }
-    // Of drones of a large fleet that is under way one of 260 found a path then (halls of 500).
     let is_large = setting.weights.len() > MOST_JUDGED_IN_FULL;
     if setting.reservations.is_some() && !setting.under_way.is_empty() && is_large {
         return Searched {
