@@ -1,7 +1,7 @@
 //! Why a drone stays at its start: what is in its way, where and when, and what would help.
 //! Whatever is advised has been planned.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ops::Range;
 
 use costmap::leg::{DroneId, Tick};
@@ -23,7 +23,7 @@ use crate::scenario::world::{AtEnd, Drone, PathMotion, World, Zone};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
 use crate::solver::endpoints::{self, Excluded, Exclusions, MOST_ALONE};
-use crate::solver::fleet::tried;
+use crate::solver::fleet::{MOST_PARTS_LAST, tried};
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
 use crate::solver::refusals::{LARGEST_GROUP, Retried, divided_cells_m, in_their_way, joined};
@@ -671,17 +671,23 @@ impl Refusals<'_> {
             Some(meeting) => meeting.task.map(|task| task - 1),
             None => it.tasks.len().checked_sub(1),
         };
-        let is_planned = |fix_m: &Point3<f64>| {
-            let mut changed = self.world.clone();
-            let moved = changed.drones.iter_mut();
-            let moved = moved.filter(|it| it.name == conflict.drone);
-            for it in moved {
+        let moved = |to_m: &Point3<f64>| {
+            let mut moved = self.world.clone();
+            let drones = moved.drones.iter_mut();
+            for it in drones.filter(|it| it.name == conflict.drone) {
                 match task_of(it) {
-                    Some(task) => it.tasks[task].to_m = *fix_m,
-                    None => it.start_m = *fix_m,
+                    Some(task) => it.tasks[task].to_m = *to_m,
+                    None => it.start_m = *to_m,
                 }
             }
-            let refused = self.refused_by(&changed, &[drone], SHARE_OF_PLACES);
+            moved
+        };
+        // The first place with which only others are refused.
+        let nearly_m = Cell::new(None);
+        let is_planned = |fix_m: &Point3<f64>| {
+            let refused = self.refused_by(&moved(fix_m), &[drone], SHARE_OF_PLACES);
+            let helps = (refused.as_ref()).is_some_and(|refused| !refused.contains(&drone));
+            nearly_m.set(nearly_m.get().or(helps.then_some(*fix_m)));
             refused.is_some_and(|refused| refused.is_empty())
         };
         let elsewhere = || {
@@ -691,7 +697,12 @@ impl Refusals<'_> {
             let goal_m = own.tasks[task].to_m;
             let places_m = aside_m(goal_m).chain(above_m(goal_m));
             let moved = self.planned_at((drone, task), (&[drone], SHARE_OF_PLACES), places_m)?;
+            nearly_m.set(nearly_m.get().or(Some(moved.to_m)));
             moved.refused.is_empty().then_some(moved.to_m)
+        };
+        let by_a_closer_look = || {
+            let to_m = nearly_m.get()?;
+            self.is_planned_in_the_end(&moved(&to_m)).then_some(to_m)
         };
         let is_own = conflict.drone == name(self.world, drone);
         let nearest_m = conflict.nearest_fix_m.map(|nearest_m| {
@@ -703,7 +714,25 @@ impl Refusals<'_> {
             farther.map(move |times| typed_m(from_m + *times * (nearest_m - from_m)))
         });
         let mut nearest_m = nearest_m.into_iter().flatten();
-        nearest_m.find(is_planned).or_else(elsewhere)
+        (nearest_m.find(is_planned))
+            .or_else(elsewhere)
+            .or_else(by_a_closer_look)
+    }
+
+    /// Whether all of a small fleet are planned in a changed world, where what would be refused is
+    /// planned again as it is in a run.
+    fn is_planned_in_the_end(&self, changed: &World) -> bool {
+        let Some(most) = self.most_expansions() else {
+            return false;
+        };
+        let is_large = changed.drones.len() > MOST_SMALL;
+        if is_large || (self.control.stop)() || changed.check().is_err() {
+            return false;
+        }
+        let changed = cell::chosen_anew(changed.clone());
+        let most = (most, Some(MOST_PARTS_LAST));
+        let tried = tried(&changed, self.control, most, &mut self.effort.borrow_mut());
+        tried.is_some_and(|paths| paths.unplanned.is_empty())
     }
 
     /// States of the next plan that only shows whether something would help; `None`: enough was
@@ -741,6 +770,7 @@ impl Refusals<'_> {
         if changed.drones.len() <= MOST_SMALL {
             let most = self.most_expansions()? / share;
             let changed = cell::chosen_anew(changed.clone());
+            let most = (most, None);
             let tried = tried(&changed, self.control, most, &mut self.effort.borrow_mut());
             return tried.as_ref().map(refused);
         }

@@ -218,7 +218,7 @@ enum Rules {
 
 /// Into how many parts cells are divided by the last rules, where the first were tried on finer
 /// ones: chosen here.
-const MOST_PARTS_LAST: f64 = 2.0;
+pub(crate) const MOST_PARTS_LAST: f64 = 2.0;
 
 /// Paths by the rules of one world; why they are given up, and what that took, unless they are the
 /// last. What lies between is tried within a budget of states, fewer where wakes are known to have
@@ -293,7 +293,7 @@ impl<'a> Trials<'a> {
             return false;
         }
         let mut effort = Effort::default();
-        let tried = tried(world, self.control, most, &mut effort);
+        let tried = tried(world, self.control, (most, None), &mut effort);
         let spent = effort.expansions as f64 / whole;
         self.left.set((self.left.get() - spent).max(0.0));
         tried.is_some_and(|paths| paths.unplanned.is_empty())
@@ -311,18 +311,19 @@ impl<'a> Trials<'a> {
 }
 
 /// Paths of a whole fleet within so many states, none of them better than the first that are found;
+/// what would be refused is planned again on cells divided into so many `parts` at most.
 /// `None` where starts exclude one another, or the states ended first. Adds what that took to
 /// `effort`.
 pub(crate) fn tried(
     world: &World,
     control: &Control<'_>,
-    most_expansions: u64,
+    (most_expansions, parts): (u64, Option<f64>),
     effort: &mut Effort,
 ) -> Option<Paths> {
     let control = control.trying();
     let mut run = Run::new(world, &control, &Passages::of(world)).ok()?;
     run.most_expansions = Some(most_expansions);
-    (run.improves, run.parts) = (false, None);
+    (run.improves, run.parts) = (false, parts);
     let solved = run.solve();
     effort.add(&run.effort);
     solved.map(|(paths, _)| paths)
