@@ -1,17 +1,16 @@
-//! Who is in the way of what on the lattice, and when: what searches ask millions of times, by
-//! table.
+//! Reservation table: blockers of steps on the lattice, and when: what searches ask millions of
+//! times.
 //!
-//! Every drone's steps are kept by the column of the floor in which they begin, in order of time;
-//! the drone that steps looks up those around it. Of hovering at a place the answer is written down
-//! there, leg by leg as it is reserved, since searches ask for it again and again: SIPP's safe
-//! intervals (M. Phillips and M. Likhachev, ICRA 2011), shared by all searches.
+//! Every drone's steps are kept by the column of the floor in which they begin, in order of time; a
+//! query looks up the steps around it. For hovering at a place the answer is written down there,
+//! leg by leg as it is reserved, since searches ask for it again and again: SIPP's safe intervals
+//! (M. Phillips and M. Likhachev, ICRA 2011), shared by all searches.
 //!
 //! All intervals are wider by both drones' margins of time, at both ends.
 //!
 //! It serves to find paths: pairs, of sums only whether they may be too much, and legs off the
 //! lattice count as standing still at the places next to them in turn. It knows of no zone. The
-//! drone that plans with it asks the [`Costmap`] of zones at every step, and has it judge what was
-//! found.
+//! search asks the [`Costmap`] of zones at every step, and has it judge the path found.
 
 use costmap::costmap::{Costmap, part_at};
 use costmap::leg::{DroneId, KindId, Leg, Tick};
@@ -77,8 +76,8 @@ pub(crate) struct ReservationTable<'a> {
 }
 
 impl<'a> ReservationTable<'a> {
-    /// Those who are in a costmap already, each by its `legs` before they are smoothed, where these
-    /// are known.
+    /// Drones in a costmap already, each by its `legs` before they are smoothed, where these are
+    /// known.
     pub(crate) fn new(
         steps: &'a Steps,
         costmap: &Costmap,

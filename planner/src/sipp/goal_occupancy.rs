@@ -1,8 +1,7 @@
-//! What staying at a place costs at least, by when: others may still come through it.
+//! Goal-occupancy cost: least cost of a stay, by arrival; others may still pass.
 //!
-//! A drone that has to dwell where another hovers for ten seconds more can wait, or make it give
-//! way. Known before the search, the cheaper of the two keeps it from trying every manner of being
-//! early.
+//! A drone that has to dwell where another hovers for ten seconds more can wait, or evict it. Known
+//! before the search, the cheaper of the two keeps it from expanding every early arrival.
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
@@ -16,7 +15,7 @@ use crate::sipp::search::setting::{IMMOVABLE, Setting};
 pub(crate) struct Stays {
     /// In order; those that cost nothing are left out.
     priced: Vec<Stay>,
-    /// Who cannot be made to give way and never leaves, and from when on it is there.
+    /// An immovable drone that never leaves, and from when on it is there.
     pub(crate) never: Option<(DroneId, Why, Tick)>,
 }
 
@@ -34,11 +33,11 @@ struct Stay {
 /// Least time plus price of a stay, as a function of the arrival.
 #[derive(Clone, Debug, Default)]
 struct StayPrice {
-    /// From when on, and the price of all who are met by a stay that begins then.
+    /// From when on, and the price of all drones met by a stay from then.
     steps: Vec<(u32, u32)>,
     /// Least total of any later step.
     later: Vec<u32>,
-    /// Who is met at any time, and what each costs.
+    /// Drones met at any time, and their prices.
     drones: Vec<(DroneId, u32)>,
     /// See [`Stays::never`].
     never: Option<(DroneId, Why, Tick)>,
@@ -68,7 +67,7 @@ impl StayPrice {
         let blockers = &mut verdict.blockers;
         blockers.sort_unstable_by_key(|b| (b.drone, b.began, b.clear));
         blockers.dedup_by_key(|b| (b.drone, b.began, b.clear));
-        // Before others come one may dwell.
+        // A dwell may end before others come.
         let first = lasts.until(stay.start.0);
         let stays = |b: &&Blocker| {
             let is_immovable = setting.weights[b.drone.0 as usize] == IMMOVABLE;
@@ -180,7 +179,7 @@ impl Stays {
     }
 
     /// Least of later arrivals and prices that is still to come after a waypoint, beyond `ends`:
-    /// the end of the last dwell at the earliest. Who gives way already is paid for.
+    /// the end of the last dwell at the earliest. Drones evicted already are paid for.
     pub(crate) fn excess(
         &self,
         waypoint: u16,
@@ -348,7 +347,7 @@ mod tests {
         };
         assert_eq!((stay.excess(100, |_| false), stay.slack(100)), (200, 200));
         assert_eq!((stay.excess(300, |_| false), stay.slack(300)), (0, 0));
-        // Who is made to give way on the way there is paid for once.
+        // A drone evicted on the way there is paid for once.
         assert_eq!(stay.excess(100, |drone| drone == DroneId(0)), 0);
         let dear_wait = StayPrice {
             steps: vec![(0, 50), (300, 0)],

@@ -1,9 +1,9 @@
 //! Space-time A* for one drone among those already planned.
 //!
 //! A state is a place, a task and a moment. From there the drone steps to a neighbouring place,
-//! dwells, or ends. Who is in the way is asked of the tables of reservations, where there are any,
-//! and the path that was found is judged by the costmap; without them every step is. A drone in the
-//! way does not forbid a step: it may be met, once, at a price, and gives way afterwards (ejection
+//! dwells, or ends. The reservation table, if any, says which drones conflict with a step, and the
+//! costmap judges the path found; without a table it judges every step. A conflicting drone does
+//! not forbid a step: the path may meet it, once, at a price, and evicts it afterwards (ejection
 //! chains: F. Glover, "Ejection chains, reference structures and alternating path methods for
 //! traveling salesman problems", Discrete Applied Mathematics 65, 1996; here as penalties in the
 //! search, as in PBS and LNS2 for multi-agent path finding). An immovable one forbids it. Or the
@@ -43,8 +43,8 @@ use walk::Search;
 /// less the one found first will do. The part bounds the excess of an answer over the best. Chosen
 /// here.
 const PLAIN_SHIFT: u32 = 5;
-/// A plain look, where few drones are in the way and nothing solid in between, takes so many
-/// states: chosen here.
+/// A plain look, where few drones obstruct and no solid is in between, takes so many states: chosen
+/// here.
 const PLAIN_STATES: u64 = 64;
 /// Past drones that stay the heuristic weighs more the longer the search takes: the part, and up to
 /// how many states. Chosen here: the first nearly always answers, and the others keep a crowd from
@@ -74,10 +74,10 @@ const MOST_TRIES: usize = 16;
 
 /// Finds the cheapest path for one agent.
 ///
-/// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
-/// for free are judged at once when it is looked for again. A drone on the ground that is due
-/// somewhere waits there for as long as that makes it neither late nor anybody give way; half of
-/// the states may go into that.
+/// With a reservation table the path is searched for by the table and judged in the end; refuted
+/// edges are judged at once in the next try. A drone on the ground that is due somewhere waits
+/// there for as long as that neither makes it late nor evicts a drone; half of the states may go
+/// into that.
 pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
     let within = |agent: &Agent, most_expansions| {
         let setting = Setting {
@@ -102,10 +102,10 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
     searched
 }
 
-/// Tries by the reservation table until a path holds; where all that can be reached leads nowhere,
-/// once more with ways on which it comes back; of a drone that is under way then once more, what it
-/// does at first judged in full. What refutes one is in the way of the next; what still does in the
-/// end gives way, or every step is judged in full.
+/// Tries paths by the reservation table until one holds (lazy validation); where all reachable
+/// states lead nowhere, once more with paths that come back; for a drone under way then once more,
+/// with its first steps judged in full. Blockers that refute a path obstruct the next; those left
+/// in the end are evicted, or every step is judged in full.
 fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
     let mut expansions = 0;
@@ -114,7 +114,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     let memo = Rc::new(RefCell::new(Memo::default()));
     let stays = Rc::new(Stays::new(&setting, agent));
     let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
-    // Who is under way may be so near to others at first that no table is fine enough.
+    // A drone under way may at first be too near to others for any table.
     let at_first = (!setting.under_way.is_empty()).then(|| {
         let most = STATES_AT_FIRST.saturating_mul(setting.most_untabulated);
         (agent.departs.after(FORGIVEN_TICKS), most)
@@ -199,12 +199,12 @@ struct Objections {
     all: Verdict,
     /// Any of it is new: it is refuted then.
     are_new: bool,
-    /// A drone cannot be made to give way.
+    /// A blocker cannot be evicted.
     any_firm: bool,
 }
 
 impl Objections {
-    /// Whether all who are against the path can be made to give way to it; then they have to.
+    /// Whether all blockers of the path can be evicted; then the path meets them.
     fn give_way(&self, path: &mut Path) -> bool {
         if self.all.breaks_zone.is_some() || self.any_firm {
             return false;
@@ -216,7 +216,7 @@ impl Objections {
     }
 }
 
-/// Whether a plain look is in vain, or takes as long as one past those who stay.
+/// Whether a plain look fails, or takes as long as one past parked drones.
 fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
     let Some(reservations) = setting.reservations else {
         return false;
@@ -251,7 +251,7 @@ fn objections(
         if free.contains(leg) {
             continue;
         }
-        // Who is met gives way on this path, and not on the next.
+        // This path evicts a drone it meets, the next may not.
         let mut meets_any = false;
         let mut is_known = |it: &Blocker| {
             let is_known = is_met(it, leg.start) || agent.forgives(it, leg.start);
@@ -282,8 +282,8 @@ fn objections(
     found
 }
 
-/// One search: a plain look first where few are in the way, then past the drones that stay, with
-/// the weight schedule.
+/// One search: a plain look first where few drones obstruct, then past parked drones, with the
+/// weight schedule.
 fn look<'a>(
     setting: Setting<'a>,
     agent: &'a Agent,

@@ -1,14 +1,14 @@
-//! Every drone at once, where there is no path for one after another.
+//! PIBT for the whole fleet, where prioritized planning finds no paths.
 //!
-//! On a crowded floor the drone that is planned last finds the rest in the way, in whatever order:
-//! with half of all columns held hardly any drone has a path that those who wait at their starts,
-//! and those who are home, leave free. Here all of them step at the same time, one cell along one
-//! axis or none, for as long as the slowest needs; the drone that is in the way is displaced by
-//! priority inheritance, home or not. The paths are longer than those of
-//! [`crate::solver::priority`], which plans those who are left at the end.
+//! On a crowded floor the drone planned last is obstructed by the rest, in any order: with half of
+//! all columns held, drones waiting at their starts and drones at their goals leave hardly any path
+//! free. Here all drones step synchronously, one cell along one axis or none, for as long as the
+//! slowest needs; a drone in conflict with a step is displaced by priority inheritance, at its goal
+//! or not. The paths are longer than those of [`crate::solver::priority`], which plans the drones
+//! left at the end.
 //!
-//! What two steps do to one another is read from the tables of reservations, with room to spare for
-//! the sums of many wakes.
+//! Conflicts between two steps are read from the conflict tables, with room to spare for the sums
+//! of many wakes.
 
 use std::collections::VecDeque;
 
@@ -30,32 +30,32 @@ mod round;
 use configuration::{AgentState, Configuration};
 use round::{PastRound, Round};
 
-/// Drones that may be on their way yet when the rounds end, of all: chosen here, a fiftieth. The
-/// last few push one another out of their homes in turn, and are sooner planned one after another.
+/// The rounds may end with one drone in so many away from its goal: chosen here. The last few
+/// displace one another from their goals in turn, and are sooner planned one after another.
 const LAST_SHARE: usize = 50;
-/// Rounds without one in which fewer steps are left than ever before: chosen here, longer than a
-/// queue takes to dissolve.
+/// Rounds without a new minimum of the steps left: chosen here, longer than a queue takes to
+/// dissolve.
 const MOST_IN_VAIN: usize = 60;
 
-/// Rounds in which a drone comes no nearer to its goal than it has been, after which it counts one
-/// step of detour, and one more after so many again. Chosen here, of a hundred drones that swap
-/// across a ring: with fewer those make detours that only wait, with more it takes longer.
+/// For every so many rounds in which a drone comes no nearer to its goal it may detour by one more
+/// step. Chosen here, of a hundred drones that swap across a ring: with fewer, drones that only
+/// wait make detours; with more it takes longer.
 const ROUNDS_A_DETOUR_STEP: u32 = 4;
 /// Longest detour (steps): chosen here, once around another drone.
 const MOST_DETOUR: u32 = 4;
 
-/// How far a fleet came by steps of every drone at once.
+/// How far a fleet came by PIBT rounds.
 pub(crate) struct PibtRun {
     /// What every drone has to do after the last step, begun with all of its legs up to then.
     pub(crate) agents: Vec<Agent>,
-    /// What those fly who are where they stay; `None`: they are on their way yet.
+    /// Paths of drones at their final places; `None`: still on the way.
     pub(crate) settled: Vec<Option<Path>>,
     /// Whether each stays at its start whatever happens.
     pub(crate) fixed: Vec<bool>,
 }
 
-/// Moves every drone as far towards their goals as steps at the same time get them; those in
-/// `fixed` stay at their starts, and so do those without tasks.
+/// Moves every drone as far towards its goal as synchronous steps get it; drones in `fixed` and
+/// drones without tasks stay at their starts.
 ///
 /// `None` where it was told to stop, where that is too much to tabulate, and where steps along the
 /// lattice, and to and from stops beside it, are not all that drones do: starts on the ground,
@@ -126,7 +126,7 @@ struct Pace {
 }
 
 impl Pace {
-    /// When a round ends that is the n-th.
+    /// When the n-th round ends.
     fn moment(self, round: usize) -> Tick {
         Tick(self.lead + round as u32 * self.ticks)
     }
@@ -141,8 +141,8 @@ fn synchronous_m(job: &Job) -> f64 {
     f64::from(lengths_m[if job.agents.iter().any(ends) { 2 } else { 0 }])
 }
 
-/// What a drone flies that is at these places after each round; at home it ends with the last step
-/// that led there.
+/// Legs of a drone that is at these places after each round; at its goal they end with the last
+/// step there.
 fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, pace: Pace) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;
@@ -170,7 +170,7 @@ fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, pace: Pa
     joined(waits.into_iter().chain(legs).collect())
 }
 
-/// What a drone has still to do when it is there; a dwell that has begun is begun again.
+/// A drone's remaining tasks from there; a dwell that has begun restarts.
 fn rest_of(job: &Job, agent: &Agent, last: &AgentState, (at, begun): (Tick, Vec<Leg>)) -> Agent {
     let waypoint = usize::from(last.waypoint);
     let mut rest = Agent {
@@ -186,7 +186,7 @@ fn rest_of(job: &Job, agent: &Agent, last: &AgentState, (at, begun): (Tick, Vec<
     rest
 }
 
-/// The legs of a drone with what it does once it is home.
+/// The legs of a drone with its stay at its goal.
 fn stay_home(job: &Job, agent: &Agent, mut legs: Vec<Leg>) -> Path {
     let home = legs.last().map_or(Tick(0), |last| last.end);
     let at_m = job.roadmap.position_m(agent.last_vertex());
@@ -222,8 +222,8 @@ fn rounds(
         let of = |drone: usize| configuration.steps_left(drone, &all[drone]);
         (0..drones).map(of).sum()
     };
-    // How long each has been on its way since it was last at home; at first, those with farther to
-    // go are before others.
+    // PIBT priorities: rounds since each drone was last at its goal; at first, drones with farther
+    // to go precede others.
     let far = |drone: usize| configuration.steps_left(drone, &starts[drone]);
     let farthest = (0..drones).map(far).max().unwrap_or(0);
     let first = |drone: usize| far(drone) as f32 / (farthest + 1) as f32;
@@ -265,7 +265,7 @@ fn rounds(
             let left = configuration.steps_left(drone, &next[drone]);
             let is_home = configuration.is_home(drone, &next[drone]);
             (*least, *rounds) = match left {
-                // Once pushed out of there it begins anew.
+                // Displaced from there it begins anew.
                 _ if is_home => (u32::MAX, 0),
                 left if left < *least => (left, 0),
                 _ => (*least, *rounds + 1),

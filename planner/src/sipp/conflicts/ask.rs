@@ -20,7 +20,7 @@ const MOST_LOADS: u32 = 300;
 /// well look at the floor alone: chosen here.
 const WHOLE_SHARE: f64 = 0.8;
 
-/// Who asks. What it flies itself, and flies on with in any case, is not in its way.
+/// The searching drone. Its own legs, begun ones included, do not block it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Querier {
     pub(crate) drone: DroneId,
@@ -30,7 +30,7 @@ pub(crate) struct Querier {
 /// A step that is generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct StepQuery {
-    /// Who steps.
+    /// The drone.
     pub(crate) by: Querier,
     /// From where and to where: neighbours on the lattice.
     pub(crate) ends: [Vertex; 2],
@@ -77,8 +77,8 @@ impl ReservationTable<'_> {
         taken.filter(move |it| it.drone != by.drone)
     }
 
-    /// Until when a place is free to hover at from a moment on but for those who give way, and when
-    /// it is again.
+    /// Until when a place is free to hover at from a moment on but for evicted drones, and when it
+    /// is again.
     pub(crate) fn free_until(
         &self,
         by: Querier,
@@ -94,7 +94,7 @@ impl ReservationTable<'_> {
         })
     }
 
-    /// Adds who is in the way of hovering at a place between two moments, and what it costs.
+    /// Adds the blockers of hovering at a place between two moments, and what it costs.
     pub(crate) fn stay(
         &self,
         by: Querier,
@@ -120,8 +120,8 @@ impl ReservationTable<'_> {
         }
     }
 
-    /// Adds who is in the way of being at a place at the end of a step. Their times are those of
-    /// its departure.
+    /// Adds the blockers of being at a place at the end of a step. Their times are those of its
+    /// departure.
     pub(crate) fn arrive(
         &self,
         by: Querier,
@@ -147,9 +147,9 @@ impl ReservationTable<'_> {
         }
     }
 
-    /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
+    /// Adds the blockers of a step, and what it costs. Their times are those of its departure.
     ///
-    /// `false` if no drone is in the way, but wakes may add up to too much: it has to be judged in
+    /// `false` if no drone blocks it, but wakes may add up to too much: it has to be judged in
     /// full.
     pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
         let mut loads = Loads {
@@ -212,8 +212,7 @@ impl ReservationTable<'_> {
         })
     }
 
-    /// Whether a drone's step is in the way, or would be if its wake reached; adds that, or what it
-    /// costs.
+    /// Whether a drone's step conflicts, or would if its wake reached; adds that, or what it costs.
     fn is_against(
         &self,
         query: &StepQuery,
@@ -267,7 +266,7 @@ impl ReservationTable<'_> {
     }
 }
 
-/// A drone in the way from a tick until another; the tables do not tell how.
+/// A drone that blocks from a tick until another; the tables do not tell how.
 fn blocker(drone: DroneId, [began, clear]: [Tick; 2], flown: [Tick; 2]) -> Blocker {
     Blocker {
         drone,
@@ -283,7 +282,7 @@ fn blocker(drone: DroneId, [began, clear]: [Tick; 2], flown: [Tick; 2]) -> Block
 struct Loads {
     /// What is flown is in other parts than the steps.
     is_smooth: bool,
-    /// What they bring who steps, and when.
+    /// Loads on the stepping drone.
     on_me: Vec<Incoming>,
     sum: u32,
     is_too_much_for_others: bool,

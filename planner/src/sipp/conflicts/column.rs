@@ -123,7 +123,7 @@ impl Glance {
         self.passing & spells != 0
     }
 
-    /// Whether a drone is there before a tick who stays.
+    /// Whether a drone that stays is there before a tick.
     pub(super) fn is_held(&self, until: Tick) -> bool {
         self.stays_from < until
     }

@@ -2,7 +2,7 @@
 
 /// Number of directions, standing still included.
 pub(super) const DIRECTIONS: usize = 27;
-/// The direction of who stands still.
+/// The direction of no motion.
 pub(super) const STILL: usize = 13;
 
 /// Cells of a direction along x, y and z.

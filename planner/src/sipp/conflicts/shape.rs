@@ -326,7 +326,7 @@ impl Shape {
                 origin: Vector3::new(f64::from(from[0]), f64::from(from[1]), 0.0),
                 velocity: Vector3::from(cells(direction).map(f64::from)) / ticks,
             };
-            // Of who stands still any moment will do.
+            // Standing still, any moment will do.
             (line, [0.0, if is_still { 0.0 } else { ticks }])
         };
         let (first, first_time) = line(direction, [0; 2], self.me.ticks(direction));

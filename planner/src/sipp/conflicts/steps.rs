@@ -20,11 +20,11 @@ use super::table::ConflictTable;
 use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
 
-/// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals
-/// of its own.
+/// Fleets of more classes than this get no tables. Chosen here: every class keeps intervals of its
+/// own.
 const MOST_CLASSES: usize = 4;
-/// Up to so many drones are planned without among zones whose air is limited. Chosen here: tables
-/// leave one wake less of a drone's budget than it bears, which a few can do without.
+/// Fleets of up to so many drones get no tables among zones whose air is limited. Chosen here:
+/// tables leave one wake less of a drone's budget than it bears, which a few can do without.
 const MOST_AMONG_ZONES: usize = 30;
 /// Velocities that differ by no more are one (m/s): rounding.
 const SAME_MPS: f64 = 1e-6;
@@ -81,7 +81,7 @@ pub(crate) struct Steps {
     of_drones: Vec<Vec<(KindId, usize)>>,
     /// `[class][other class]`.
     tables: Arc<[ConflictTable]>,
-    /// By class and place, the lowest layer that the wake of who hovers there reaches; empty
+    /// By class and place, the lowest layer that the wake of a drone hovering there reaches; empty
     /// without covers.
     wake_ends: Arc<[Vec<u16>]>,
     /// How much earlier or later than planned one drone may be, seen from another (ticks): every
@@ -103,8 +103,8 @@ pub(crate) struct Pace {
 }
 
 impl Steps {
-    /// Tables for a fleet, and for the drone that else is in the costmap; `None` where a few fly
-    /// among zones whose air is limited, where there are too many classes, or too much to tabulate.
+    /// Tables for a fleet, and for other drones in the costmap; `None` where a few fly among zones
+    /// whose air is limited, where there are too many classes, or too much to tabulate.
     pub(crate) fn new(lattice: &Lattice, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
         if costmap.has_air_limits_of_zones() && agents.len() <= MOST_AMONG_ZONES {
             return None;

@@ -17,7 +17,7 @@ pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
     [0, 1, 0],
     [0, 0, 1],
 ];
-/// The direction of who stays.
+/// The direction of a stay.
 pub(crate) const STAYS: usize = 0;
 
 /// Which of [`NEIGHBOURS`](crate::graph::lattice::NEIGHBOURS) each of [`DIRECTIONS`] leads to;
@@ -65,7 +65,7 @@ pub(crate) enum Course {
 }
 
 impl Course {
-    /// Who stays.
+    /// A stay.
     pub(crate) const STAY: Course = Course::Axis(STAYS);
 
     fn moves(&self) -> bool {
@@ -124,10 +124,10 @@ pub(crate) struct SynchronousSteps<'a> {
     is_advected: bool,
 }
 
-/// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen
-/// here: three fifths, the rest is for the many farther off: with nine tenths the costmap found
-/// some nine hundred legs of 2000 drones on half the columns of a hall too near others, with three
-/// fifths none.
+/// What wakes of close drones may fill of a budget, parts of [`super::steps::LOADS`]. Chosen here:
+/// three fifths, the rest is for the many farther off: with nine tenths the costmap found some nine
+/// hundred legs of 2000 drones on half the columns of a hall too near others, with three fifths
+/// none.
 pub(crate) const MOST_LOADS: i32 = 150;
 
 const TOO_NEAR: [u8; 2] = [u8::MAX; 2];
@@ -250,7 +250,7 @@ impl<'a> SynchronousSteps<'a> {
             return Met::TooNear;
         };
         if self.apart > 0.0 {
-            // Of who stays now or did before it has been asked already: it is where it was.
+            // A drone that stays now or did before is where it was: that is asked already.
             if one.came.moves() && other.course.moves() {
                 let Some(met) = self.cross(one, other) else {
                     return Met::TooNearBefore;
@@ -337,7 +337,7 @@ struct SynchronousTable {
 impl SynchronousTable {
     /// Without columns.
     fn new(shape: &Shape, apart: f64, late: Option<(u32, f64)>) -> SynchronousTable {
-        // Room for who is not where it is taken to be.
+        // Room for a drone off its nominal place.
         let more = i32::from(apart > 0.0);
         let extent = Extent {
             reach: shape.extent.reach + more,

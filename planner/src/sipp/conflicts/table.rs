@@ -141,7 +141,7 @@ impl ConflictTable {
         self.near[direction].get_or_init(|| self.near_to(direction, level))
     }
 
-    /// By the direction of the first: columns in which a drone who hovers may matter.
+    /// By the direction of the first: columns in which a hovering drone may matter.
     pub(super) fn near_still(&self, direction: usize) -> &[Near] {
         self.near_still[direction].get_or_init(|| self.near_to(direction, STILL..STILL + 1))
     }

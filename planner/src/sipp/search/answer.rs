@@ -11,12 +11,12 @@ pub(crate) struct Path {
     pub(crate) legs: Vec<Leg>,
     /// End of the last dwell.
     pub(crate) arrives: Tick,
-    /// Who must give way.
+    /// Evicted drones.
     pub(crate) met: Vec<DroneId>,
 }
 
 impl Path {
-    /// A path on which no drone has to give way.
+    /// A path that evicts no drone.
     pub(crate) fn new(legs: Vec<Leg>, arrives: Tick) -> Path {
         Path {
             legs,
@@ -40,13 +40,13 @@ pub(crate) enum Found {
 /// What was in the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Obstruction {
-    /// Who or what.
+    /// What it is.
     pub(crate) by: Obstructor,
     /// Where the drone could get to, or where it meets the other as it lands (m).
     pub(crate) at_m: Point3<f64>,
-    /// It was in the way of its landing.
+    /// It obstructed the landing.
     pub(crate) lands: bool,
-    /// When it would have gone on.
+    /// When it would go on.
     pub(crate) at: Tick,
     /// Ticks that were left to fly.
     pub(super) remaining: u32,
@@ -65,7 +65,7 @@ impl Obstruction {
     }
 }
 
-/// Who or what can be in the way.
+/// What can obstruct a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Obstructor {
     /// Another drone, and how.

@@ -1,11 +1,11 @@
-//! How long the rest of the path takes at least, past those who stay where they are for good.
+//! True-distance heuristic around parked drones: least time of the rest of the path.
 //!
-//! In a crowd most who are in the way hover at their goals already. A place where a drone hovers
-//! until the end, and has begun to before one can be there, is closed; the distances around such
-//! places are worked out from the goal as far as they are asked for, which takes less than all the
-//! states of a search that runs into them. Who could be made to give way is closed as well: where
-//! that is a detour dearer than the price, nothing is closed. Where the drone that stays closes
-//! whole columns and nothing is solid in between, it is enough to look at the floor.
+//! In a crowd most obstructing drones hover at their goals already. A place is closed where a drone
+//! hovers until the end, and does before the searching drone can be there; distances around such
+//! places are computed backwards from the goal on demand, which takes less than all the states of a
+//! search that runs into them. Places of movable drones are closed as well: where the detour costs
+//! more than the eviction, nothing is closed. Where parked drones close whole columns and nothing
+//! solid is in between, it is enough to look at the floor.
 
 use costmap::leg::Tick;
 
@@ -18,7 +18,7 @@ use crate::graph::roadmap::Vertex;
 pub(super) struct Heuristic<'a> {
     /// What is searched among.
     setting: Setting<'a>,
-    /// Whose waypoints they are.
+    /// The searching drone.
     agent: &'a Agent,
     /// By waypoint, where it pays.
     waypoints: Vec<Option<Ahead<'a>>>,
@@ -52,7 +52,7 @@ impl<'a> Heuristic<'a> {
         }
     }
 
-    /// Around those who stay, but for detours that are dearer than making one of them give way.
+    /// Around parked drones, but for detours dearer than evicting one of them.
     pub(super) fn new(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
         let mut heuristic = Heuristic::plain(setting, agent);
         let least_weight = setting.weights.iter().copied().min().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Whom the states of a search have met: lists that share their beginnings.
+//! Drones met by the states of a search: lists with shared beginnings.
 
 use costmap::leg::DroneId;
 

@@ -26,9 +26,9 @@ struct Visit {
     node: usize,
     /// When it was reached.
     from: Tick,
-    /// Until when it is free to hover at; `None`: no drone has asked.
+    /// Until when it is free to hover at; `None`: not known yet.
     to: Option<Tick>,
-    /// Who gives way by then, in `Search::met`.
+    /// Drones evicted by then, in `Search::met`.
     met: u32,
     /// As of the state.
     heading: Heading,
@@ -71,7 +71,7 @@ pub(super) enum Haste {
 pub(super) struct Nodes<'a> {
     /// What is searched among.
     setting: Setting<'a>,
-    /// Who searches.
+    /// The agent.
     agent: &'a Agent,
     /// Of these the reservation table is not asked.
     refuted: Rc<Refuted>,
@@ -94,7 +94,7 @@ pub(super) struct Nodes<'a> {
     last: Vec<u32>,
     /// Which headings count as one.
     pub(super) haste: Haste,
-    /// By node, who is in the way of hovering there, whenever, where a drone has asked.
+    /// By node, blockers of hovering there at any time, where they were asked for.
     hovers: FxHashMap<usize, Verdict>,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Nodes<'a> {
         refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
-        // Those who are under way look at every way out.
+        // Drones under way look at every way out.
         let by_column = heuristic.looks_at_the_floor() && setting.under_way.is_empty();
         let columns = match by_column {
             true => column_count(setting) * agent.waypoints.len(),
@@ -325,7 +325,7 @@ impl<'a> Nodes<'a> {
         })
     }
 
-    /// Adds to a verdict who is in the way of hovering at a state's place between two moments.
+    /// Adds to a verdict the blockers of hovering at a state's place between two moments.
     pub(super) fn judge_stay(
         &mut self,
         node: usize,
@@ -355,7 +355,7 @@ impl<'a> Nodes<'a> {
         Some((reservations, by?))
     }
 
-    /// Who is in the way of hovering at a state's place: judged once for each node.
+    /// Blockers of hovering at a state's place: judged once for each node.
     fn hover(&mut self, node: usize, label: &Label) -> &Verdict {
         let (setting, agent) = (self.setting, self.agent);
         self.hovers.entry(node).or_insert_with(|| {

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::ReservationTable;
 
-/// A drone that no drone can make give way.
+/// A drone that cannot be evicted.
 pub(crate) const IMMOVABLE: u32 = u32::MAX;
 
 /// Legs are judged in parts no shorter than this before they count as refuted (ticks): chosen here,
@@ -18,7 +18,7 @@ const FINEST_TICKS: u32 = 5;
 /// What looked free in brief and is not.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Refuted {
-    /// By where from and where to, the drones in the way of departures between two moments.
+    /// By where from and where to, the blockers of departures between two moments.
     steps: FxHashMap<(Vertex, Vertex), Vec<Blocker>>,
     /// Refuted edges: steps and stays that have to be judged in full.
     edges: FxHashSet<(Vertex, Vertex)>,
@@ -71,7 +71,7 @@ impl Refuted {
         &self.full
     }
 
-    /// Adds who is in the way of a step that departs at a moment.
+    /// Adds the blockers of a step that departs at a moment.
     pub(super) fn add_blockers(
         &self,
         ends: (Vertex, Vertex),
@@ -94,21 +94,21 @@ pub(crate) struct Setting<'a> {
     pub(crate) reservations: Option<&'a ReservationTable<'a>>,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
     pub(crate) weights: &'a [u32],
-    /// Until when each drone goes on as it does, whatever its price; empty: no drone is under way.
+    /// Until when each drone's flight is fixed, whatever its price; empty: no drone is under way.
     pub(crate) under_way: &'a [Tick],
     /// Seconds of delay that a second's worth of hover energy is worth.
     pub(crate) energy_weight: f64,
-    /// Whether a detour around those who stay for good is looked for before any of them gives way.
-    /// Where half of the floor is held for good, those who are led around others end up in their
-    /// way, and evictions go on without end.
+    /// Whether the search tries detours around parked drones before it evicts any of them. Where
+    /// half of the floor is held for good, drones on detours obstruct others, and evictions go on
+    /// without end.
     pub(crate) detours: bool,
     /// Whether a drone stays at its last task's place once it is there with nothing else left to
     /// do.
     pub(crate) ends_at_goal: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
     pub(crate) careful: bool,
-    /// A place that was reached before is tried again for when it is free the next time, whichever
-    /// way it is come to: who steps aside comes back there. Else only along the first way.
+    /// A place that was reached before is tried again for its next safe interval, along any path to
+    /// it, so that a drone steps aside and comes back. Else only along the first path.
     pub(crate) comes_back: bool,
     /// States after which the search gives up.
     pub(crate) most_expansions: u64,
@@ -146,9 +146,9 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Whether what is in the way cannot be taken back: it is over before its drone can do
-    /// something else. Of a leg that `departs` at a time from which on it could keep away also
-    /// where what that drone flies until then is in the way itself.
+    /// Whether a blocker cannot be evicted: it is over before its drone can do something else. Of a
+    /// leg that `departs` at a time from which on it could keep away also where what that drone
+    /// flies until then blocks it itself.
     pub(super) fn is_under_way(&self, blocker: &Blocker, departs: Option<Tick>) -> bool {
         let Some(&until) = self.under_way.get(blocker.drone.0 as usize) else {
             return false;
@@ -160,7 +160,7 @@ impl<'a> Setting<'a> {
         blocker.clear <= until || departs.is_some_and(is_flown)
     }
 
-    /// Price of what is in the way of a leg; see [`Setting::is_under_way`].
+    /// Price of a leg's blocker; see [`Setting::is_under_way`].
     pub(crate) fn weight(&self, blocker: &Blocker, departs: Option<Tick>) -> u32 {
         if self.is_under_way(blocker, departs) {
             return IMMOVABLE;
@@ -168,8 +168,8 @@ impl<'a> Setting<'a> {
         self.weights[blocker.drone.0 as usize]
     }
 
-    /// Adds who is in the way of a leg and is not known to be, however finely it is divided: bounds
-    /// depend on what is bounded at once, and any of them will do.
+    /// Adds the blockers of a leg that are not known, however finely it is divided: bounds depend
+    /// on what is bounded at once, and any of them will do.
     pub(crate) fn add_unknown(
         &self,
         leg: &Leg,
@@ -194,8 +194,8 @@ impl<'a> Setting<'a> {
         against.blockers.append(&mut verdict.blockers);
     }
 
-    /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it
-    /// is careful. Where tables answer, something is left to drones that are planned later.
+    /// Blockers of a leg, by the costmap: far-off drones' weak wakes count only where it is
+    /// careful. Where tables answer, something is left to drones that are planned later.
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);

@@ -61,16 +61,16 @@ const STATES_A_LOOK: u64 = 64;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Brief {
     Nothing,
-    /// Who is in the way of being where it leads to; there may be others on the way.
+    /// Blockers of being where it leads to; there may be others on the way.
     WhereItLeads,
     Everything,
 }
 
-/// One search: its states, those that are open, and whom they have met.
+/// One search: its states, those open, and the drones they have met.
 pub(super) struct Search<'a> {
     /// What is searched among.
     setting: Setting<'a>,
-    /// Who searches.
+    /// The agent.
     agent: &'a Agent,
     /// Steps that the reservation table takes for free and are not.
     refuted: Rc<Refuted>,
@@ -276,8 +276,8 @@ impl<'a> Search<'a> {
     /// Without haste.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
         let least = self.least(node, label.waypoint, label.paid, label.at)?;
-        // Who has met others still pays for the rest of its stays. To know that saves a fleet that
-        // flies nearly all states of some searches, and none where a fleet is planned from the
+        // A label with drones met still pays for the rest of its stays. To know that saves a fleet
+        // in flight nearly all states of some searches, and none where a fleet is planned from the
         // beginning (halls and warehouses of 500).
         let is_enough = label.met != 0 && self.setting.under_way.is_empty();
         if is_enough || label.step == Step::End {
@@ -286,13 +286,13 @@ impl<'a> Search<'a> {
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
         let is_paid = |drone| self.met.has(label.met, drone);
         let excess = self.stays.excess(label.waypoint, ends, is_paid);
-        // The highest: a drone who never leaves is where it has to stay.
+        // The highest: a drone that never leaves is where it has to stay.
         let all = label.paid.saturating_add(ends).checked_add(excess)?;
         let all = all.saturating_add(self.aloft(self.nodes.remaining(node)));
         Some(all.max(least)).filter(|cost| *cost < u32::MAX)
     }
 
-    /// The same but for stays that others are in the way of.
+    /// The same without goal-occupancy costs.
     ///
     /// `None` where it would come too late to the next waypoint as well.
     fn least(&self, node: usize, waypoint: u16, paid: u32, at: Tick) -> Option<u32> {
@@ -692,8 +692,8 @@ impl<'a> Search<'a> {
         }
         let is_met = |blocker: &Blocker| self.passes(&label, blocker);
         let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
-        // Off the ground it moves that much before it departs: who has gone by then may have been
-        // in the way of that.
+        // Off the ground it moves that much before it departs: a blocker that is gone by then may
+        // still have obstructed that.
         let again = again.map(|again| match from.grounded && again <= label.departs {
             true => again.after(self.agent.lead_ticks()),
             false => again,
@@ -875,14 +875,14 @@ impl<'a> Search<'a> {
         Some(label)
     }
 
-    /// Whether what is in the way is to give way already.
+    /// Whether the path evicts a blocker already.
     fn passes(&self, label: &Label, blocker: &Blocker) -> bool {
         let free = self.agent.free_departure(label.departs);
         self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, free)
     }
 
-    /// Keeps what was in the way from one state to the next, if none nearer to the end was stopped
-    /// before.
+    /// Notes what obstructed the step between two states, if no state nearer to the end was
+    /// obstructed before.
     fn obstructed(&mut self, from: &Label, to: &Label, by: Obstructor) {
         let waypoint = usize::from(from.waypoint);
         let roadmap = self.setting.roadmap;
@@ -994,7 +994,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Waits for those who will have passed where it has to stay in the end.
+    /// Waits for drones that pass first where it has to stay in the end.
     fn wait_for_stays(&mut self, index: u32) {
         let label = self.labels[index as usize];
         if label.met != 0 {

@@ -1,4 +1,4 @@
-//! Who flies from where to where, in whole steps of the lattice.
+//! Starts and goals of the drones, in whole steps of the lattice.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -155,7 +155,7 @@ impl<'a> Configuration<'a> {
         steps(self.roadmap, member, &member.far[waypoint], ends)
     }
 
-    /// A drone as others meet it, after what led it there.
+    /// A drone's step as others meet it, after its last.
     pub(super) fn stride(
         &self,
         drone: usize,

@@ -1,9 +1,9 @@
-//! One step of every drone: the drone of higher priority displaces others.
+//! One PIBT round: drones of higher priority displace others.
 //!
 //! Priority inheritance with backtracking (K. Okumura, M. Machida, X. Défago, Y. Tamura, "Priority
 //! inheritance with backtracking for iterative multi-agent path finding", Artificial Intelligence
-//! 310, 2022), for drones that keep others out of more than their own place: one step may push
-//! several, so that what a push in vain has changed is taken back.
+//! 310, 2022), for drones that exclude others from more than their own place: one step may displace
+//! several, so that the changes of a failed displacement are undone.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use super::configuration::{AgentState, Configuration, MOST_LINKS};
 use crate::graph::roadmap::Vertex;
 use crate::sipp::conflicts::synchronous::{Course, DIRECTIONS, MOST_LOADS, Met, STAYS, Stride};
 
-/// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
+/// Steps tried for one drone and all it displaces: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
 /// A drone that may make a detour makes one in so many rounds: chosen here, in between it goes on
 /// from where that led.
@@ -21,10 +21,10 @@ const MOST_OPTIONS: usize = DIRECTIONS.len() + MOST_LINKS;
 /// No drone.
 const NONE: u32 = u32::MAX;
 
-/// What every drone did in an earlier round: its air may still be under way.
+/// Every drone's step of an earlier round: its air may still be under way.
 pub(super) struct PastRound {
     strides: Vec<Stride>,
-    /// By column of the floor, the first who was in it; by drone, the next in the same.
+    /// By column of the floor, the first drone in it; by drone, the next in the same.
     first: Vec<u32>,
     next: Vec<u32>,
 }
@@ -55,7 +55,7 @@ impl PastRound {
 
 /// Every drone's next step, as far as it is decided.
 pub(super) struct Round<'a> {
-    /// Who flies where, and which steps are open.
+    /// Tasks of the drones, and open steps.
     configuration: &'a Configuration<'a>,
     /// Where every drone is.
     now: &'a [AgentState],
@@ -63,19 +63,19 @@ pub(super) struct Round<'a> {
     came: Vec<Course>,
     /// Earlier rounds whose air may be under way, the last one first.
     past: &'a VecDeque<PastRound>,
-    /// By column of the floor, the first who is in it; by drone, the next in the same.
+    /// By column of the floor, the first drone in it, or [`NONE`].
     first: Vec<u32>,
     /// By drone, the next one in the same column, or [`NONE`].
     next: Vec<u32>,
     /// By drone; those not decided are taken to stay.
     directions: Vec<u8>,
-    /// By drone: its step stands, unless it is pushed in vain.
+    /// By drone: its step stands, unless a displacement fails.
     decided: Vec<bool>,
-    /// Who was pushed in vain.
+    /// Failed displacements.
     stuck: Vec<bool>,
     /// By drone, what wakes fill of its budget; see [`MOST_LOADS`].
     loads: Vec<i32>,
-    /// Whose step was changed, and what it was before.
+    /// Drones with a changed step, and that before.
     trail: Vec<(u32, u8)>,
     /// Steps that may still be tried for the drone whose turn it is.
     tries: u32,
@@ -138,21 +138,21 @@ impl<'a> Round<'a> {
                 self.tries = MOST_TRIES;
                 self.trail.clear();
                 self.decide(drone as usize);
-                // Who finds nothing stays: no drone has decided on a step that is too near to that.
+                // A drone without a step stays: no decided step is too near to that.
                 self.decided[drone as usize] = true;
             }
         }
         self.directions
     }
 
-    /// Another step for who is in the way; those who had none do not try again.
+    /// Displaces a drone; one whose displacement failed does not try again.
     fn give_way(&mut self, drone: usize) -> bool {
         let done = !self.stuck[drone] && self.decide(drone);
         self.stuck[drone] |= !done;
         done
     }
 
-    /// Whether a drone finds a step that all whom it pushes can give way to.
+    /// Whether a drone finds a step for which it can displace all others.
     fn decide(&mut self, drone: usize) -> bool {
         for direction in self.options(drone).into_iter().flatten() {
             if self.tries == 0 {
@@ -168,8 +168,8 @@ impl<'a> Round<'a> {
         false
     }
 
-    /// What a drone could do, nearest to its goal first, then what pushes no drone. Who may make a
-    /// detour takes now and then what leads away from there.
+    /// A drone's options, nearest to its goal first, then those that displace no drone. A drone
+    /// that may make a detour at times takes one that leads away.
     fn options(&mut self, drone: usize) -> [Option<u8>; MOST_OPTIONS] {
         let (configuration, at) = (self.configuration, self.now[drone]);
         let mut keyed = [(u32::MAX, true, 0, 0); MOST_OPTIONS];
@@ -207,7 +207,7 @@ impl<'a> Round<'a> {
         self.random as u32
     }
 
-    /// Takes a step for decided, and pushes those whom it keeps from staying.
+    /// Takes a step for decided, and displaces drones that cannot stay then.
     fn attempt(&mut self, drone: usize, direction: usize) -> bool {
         if self.advected_load(drone, direction).is_none() {
             return false;
@@ -315,7 +315,7 @@ impl<'a> Round<'a> {
         Some(more.sum())
     }
 
-    /// Calls `f` with every drone to whom a step of this drone could matter, and what the two do to
+    /// Calls `f` with every drone that a step of this drone could affect, and what the two do to
     /// one another.
     fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Met)) {
         let mine = self.stride(drone, direction);

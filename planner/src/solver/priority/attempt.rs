@@ -1,8 +1,8 @@
-//! One try at paths for drones: a queue of them, each searched for among those that have one.
+//! One attempt at a fleet's paths: a queue of drones, each searched for among those planned.
 //!
 //! Several drones are searched for at a time, as if the others of the batch were not there, and
 //! taken in order. A search never has to fail: a drone may cross what others hold, at a price for
-//! each of them; the drone that is crossed is evicted, replanned next, and dearer from then on.
+//! each of them; a drone crossed is evicted, replanned next, and dearer from then on.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -28,12 +28,12 @@ const WEIGHT_GROWTH: u32 = 250;
 /// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
 /// planned evict no drone more than a few times.
 pub(super) const MOST_EVICTIONS: u32 = 24;
-/// Evictions from which on a drone looks for ways on which it steps aside and comes back. Chosen
-/// here: two that find no way but through each other, and few in a hall.
+/// From so many evictions on a drone's search may step aside and come back. Chosen here: it reaches
+/// two drones that find paths only through each other, and few in a hall.
 const EVICTIONS_TO_COME_BACK: u32 = 3;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
-/// The same in a small fleet, where what is refused is tried again, and without tables, where a
+/// The same in a small fleet, where refused drones are tried again, and without tables, where a
 /// state takes longer: chosen here, half a second of work and more.
 const MOST_SMALL_EXPANSIONS: u64 = 40_000;
 /// Once such a fleet took so many states, its searches get no more than
@@ -42,18 +42,18 @@ const ALL_SMALL_EXPANSIONS: u64 = 120_000;
 /// Chosen here: what most searches need.
 const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
 
-/// States of one search among drones that are under way: chosen here, half a second of work. With a
-/// fifth of it some late drones find no way out that is there.
+/// States of one search among drones that are under way: chosen here, half a second of work. A
+/// fifth of it misses existing paths of some late drones.
 const MOST_CHANGED_EXPANSIONS: u64 = 100_000;
 
-/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
-/// are seldom in one another's way.
+/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that
+/// their paths seldom conflict.
 const LARGEST_BATCH: usize = 16;
 /// States of all searches after the stop: chosen here, about a tenth of a second of work.
 const ALL_EXPANSIONS: u64 = 8_000;
 /// States of one of them: chosen here, a quarter.
 const MOST_FINAL_EXPANSIONS: u64 = 2_000;
-/// The drone that is in the way more often than this stays at its start: chosen here.
+/// A drone displaced more often than this stays at its start: chosen here.
 const MOST_FINAL_EVICTIONS: u32 = 4;
 
 /// Paths of a fleet.
@@ -91,8 +91,8 @@ pub(crate) enum FailureKind {
 
 /// How fast a fleet was planned up to the last look at it.
 ///
-/// The more drones are planned, the more states the next one takes: what planned too few in one
-/// span of the states plans no more in the next.
+/// The more drones are planned, the more states the next one takes: an attempt that plans too few
+/// in one span of states plans no more in the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     /// States before the first.
@@ -109,8 +109,7 @@ const SPANS: u64 = 8;
 /// as long as those after them.
 const MOST_FASTER: usize = 2;
 
-/// Searches for a path: of a drone that departs in others' air, for one that is soon out of it
-/// first.
+/// Searches for a path; of a drone that departs in others' air, first for one that soon leaves it.
 fn search_out(setting: Setting<'_>, agent: &Agent) -> Searched {
     let searched = search(setting, agent);
     let is_short = !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS;
@@ -148,7 +147,7 @@ pub(super) struct Attempt<'a> {
     pub(super) weights: Vec<u32>,
     /// How often each has been evicted.
     pub(super) evicted: Vec<u32>,
-    /// Whose weak wakes were too much for a drone: their steps are judged in full.
+    /// Drones whose weak wakes overload another: their steps are judged in full.
     pub(super) careful: Vec<bool>,
     /// A drone evicted more often stays at its start.
     pub(super) most_evictions: u32,
@@ -164,8 +163,8 @@ pub(super) struct Attempt<'a> {
     pub(super) waiting: VecDeque<DroneId>,
     /// See [`Setting::under_way`].
     pub(super) under_way: Vec<Tick>,
-    /// What each drone flies if it finds no path: it is not there at all if that is nothing. Not
-    /// even a list of them: every drone stays at the start.
+    /// Legs of each drone if it finds no path; a drone without legs is absent. With an empty outer
+    /// list every drone stays at its start.
     pub(super) kept: Vec<Vec<Leg>>,
     /// By drone, as far as they are found.
     pub(super) paths: Vec<Option<Path>>,
@@ -177,7 +176,7 @@ pub(super) struct Attempt<'a> {
 }
 
 impl<'a> Attempt<'a> {
-    /// Nothing is planned yet; the drones in the costmap that are not the job's give way to none.
+    /// Nothing is planned yet; drones in the costmap that are not the job's are immovable.
     pub(super) fn new(
         job: &'a Job,
         costmap: Costmap,
@@ -220,7 +219,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Drones without tasks are planned first, and for good: where they are is where they go.
+    /// Drones without tasks are planned first, and immovable: they stay where they are.
     pub(super) fn settle_who_stays(&mut self) {
         let weights = &self.weights;
         let stays = |agent: &&Agent| agent.stays() && weights[agent.drone.0 as usize] != IMMOVABLE;
@@ -296,12 +295,12 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Takes a drone's path back for another's: it is next in the queue, and dearer; given up where
-    /// that happens too often.
+    /// Evicts a drone for another's path: it is next in the queue, and dearer; beyond the eviction
+    /// limit it is left unplanned.
     pub(super) fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
         let index = drone.0 as usize;
         if self.paths[index].is_none() {
-            // Already taken back, by one who was evicted before it and gave up.
+            // Already taken back, by a drone evicted before and given up.
             return;
         }
         self.take_back(drone);
@@ -315,8 +314,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Leaves a drone at its start until the end, and takes back the drone that is in conflict with
-    /// that.
+    /// Leaves a drone without a path until the end, and replans the drones in conflict with that.
     pub(super) fn leave_unplanned(
         &mut self,
         drone: DroneId,
@@ -343,7 +341,7 @@ impl<'a> Attempt<'a> {
                 allowed &= verdict.is_allowed();
             }
             if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
-                // Those who stay would bear one another, were no other drone near them.
+                // The drones that stay would bear one another without others near.
                 for &other in &hit.clone() {
                     for leg in self.costmap.legs(other) {
                         hit.extend(self.costmap.near(leg).iter().map(|item| item.leg.drone));
@@ -414,13 +412,12 @@ impl<'a> Attempt<'a> {
     /// Takes a drone's path back; it goes on with what it is flying.
     fn take_back(&mut self, drone: DroneId) {
         self.release(drone);
-        // What it is flying it goes on with.
         self.reserve(self.agents[drone.0 as usize].begun.clone());
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }
 
-    /// Lets those fly after all who were in others' way and are no more, one at a time.
+    /// Searches again for obstructed drones, one at a time, without evictions.
     fn retry(&mut self) {
         let immovable = vec![IMMOVABLE; self.weights.len()];
         let mut index = 0;
@@ -454,8 +451,8 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Takes back all that was found, of a few that were to be planned anew: they, and all who were
-    /// to give way to them, keep what they had.
+    /// Discards all paths found in a repair: the group, and all drones that it evicted, keep their
+    /// `kept` legs.
     pub(super) fn keep_all(&mut self, group: &[DroneId]) {
         self.waiting.clear();
         self.unplanned.retain(|(drone, _)| group.contains(drone));
@@ -489,9 +486,9 @@ impl<'a> Attempt<'a> {
     }
 
     /// Plans all in the queue, several at a time as if the others of the batch were not there. They
-    /// are taken in order, and the drone that is in the way of one before it is planned again. How
-    /// many there are in a batch depends on how that went before, and not on the number of threads.
-    /// `false` if it gave up, or was stopped where all keep what they had then.
+    /// are taken in order; a drone in conflict with one taken before is planned again. The size of
+    /// a batch depends on how that went before, and not on the number of threads. `false` if it
+    /// gave up, or was stopped where all drones keep their former paths then.
     pub(super) fn run(&mut self, queue: VecDeque<DroneId>) -> bool {
         // Among the threads that share the work: little of it can be handed on from outside.
         rayon::scope(|_| self.run_here(queue))
@@ -609,7 +606,7 @@ impl<'a> Attempt<'a> {
         batch
     }
 
-    /// Takes over what a search found; `false` if others of its batch are in the way by now.
+    /// Takes over what a search found; `false` if it conflicts with others of its batch.
     fn take(
         &mut self,
         drone: DroneId,
@@ -624,7 +621,7 @@ impl<'a> Attempt<'a> {
             return true;
         }
         match searched.found {
-            // It waits for the next look at whether to stop.
+            // It waits for the next check of the stop signal.
             Found::Stopped => queue.push_front(drone),
             Found::Blocked(by) => self.leave_unplanned(drone, FailureKind::Obstructed(by), queue),
             Found::Path(path) => {
@@ -640,12 +637,11 @@ impl<'a> Attempt<'a> {
                 }
                 let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
                 if path.met.iter().any(stuck) {
-                    // The drone that was to give way has given up instead, and is in the way for
-                    // good.
+                    // A drone to be evicted is left unplanned instead, and immovable.
                     queue.push_front(drone);
                     return true;
                 }
-                // Fewer are left to bear it now.
+                // Evictions leave fewer to bear it.
                 if !is_borne && !self.is_borne(drone, &path) {
                     self.careful[drone.0 as usize] = true;
                     queue.push_front(drone);
@@ -660,14 +656,14 @@ impl<'a> Attempt<'a> {
         true
     }
 
-    /// Whether every drone farther off bears what a path brings them, so far as that was not asked
-    /// of every step.
+    /// Whether every drone farther off bears a path's wake; true where each step was judged in
+    /// full.
     fn is_borne(&self, drone: DroneId, path: &Path) -> bool {
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
         self.careful[drone.0 as usize] || self.costmap.is_borne(&flown)
     }
 
-    /// Whether a path is as its search thought, now that others of its batch are there.
+    /// Whether a path meets only drones its search knew, after others of its batch.
     fn meets_only_those_it_knows(&self, drone: DroneId, path: &Path) -> bool {
         let setting = Setting {
             careful: self.careful[drone.0 as usize],
@@ -682,7 +678,7 @@ impl<'a> Attempt<'a> {
         })
     }
 
-    /// Leaves those in the queue at their starts, and as few others as a tenth of a second allows.
+    /// Leaves queued drones at their starts, and as few others as a tenth of a second allows.
     pub(super) fn finalise(&mut self, waiting: VecDeque<DroneId>) {
         let why = match (self.control.stop)() {
             true => FailureKind::Stopped,
@@ -728,8 +724,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Takes back the drone that is in conflict with legs that are flown in any case, and can still
-    /// be moved.
+    /// Evicts the movable drones in conflict with legs that are flown in any case.
     pub(super) fn evict_conflicting(&mut self, begun: &[Leg], queue: &mut VecDeque<DroneId>) {
         let mut verdict = Verdict::default();
         let mut hit = Vec::new();

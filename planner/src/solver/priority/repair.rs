@@ -1,9 +1,9 @@
-//! Paths for a few drones of a fleet that flies: those whom a change concerns, and who has to give
-//! way to them. All others keep theirs.
+//! Paths for a few drones of a fleet in flight: those affected by a change, and those they evict.
+//! All other drones keep their paths.
 //!
-//! The same searches and evictions as for a whole fleet. What is found stays where it is when one
-//! drone more has to stop, or may get out of others' way: only who is hit by that is searched for
-//! again, and who gave way for nothing goes on as before.
+//! The same searches and evictions as for a whole fleet. Paths found stay when one more drone has
+//! to stop, or may depart through others: only drones in conflict with that are replanned, and
+//! drones evicted in vain return to their former paths.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, VecDeque};
@@ -19,29 +19,29 @@ use crate::sipp::conflicts::{ReservationTable, Steps};
 use crate::sipp::search::{IMMOVABLE, Path};
 use crate::solver::prepare::Job;
 
-/// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
-/// so that those who are asked rather wait for a while.
+/// Price in ticks of evicting a drone outside the group. Chosen here: 20 s, so that a drone of the
+/// group rather waits for a while.
 const UNASKED_WEIGHT: u32 = 2_000;
 
-/// A drone evicted more often keeps what it flew. Chosen here, on halls of 500 drones of which ten
-/// change each second: two that find no way but through each other take turns until one gives up,
-/// and as many turns as a whole fleet gets take a quarter more states.
+/// A drone evicted more often keeps its former path. Chosen here, on halls of 500 drones of which
+/// ten change each second: two that find paths only through each other evict each other in turn
+/// until one is given up; the limit of a whole fleet takes a quarter more states.
 const MOST_CHANGED_EVICTIONS: u32 = 6;
 
-/// What is given when a few are planned anew.
+/// The input of a repair.
 pub(crate) struct Affected<'a> {
-    /// Who is planned, wherever they are in the costmap.
+    /// Drones to plan, wherever in the costmap.
     pub(crate) group: &'a [DroneId],
-    /// Whose legs are others now, and what they keep: no path is looked for.
+    /// Drones whose legs have changed, and are kept: no path is searched for.
     pub(crate) settled: &'a [DroneId],
     /// Every drone's legs as they are.
     pub(crate) costmap: Costmap,
     /// The tables of the fleet's steps, if there are any.
     pub(crate) steps: Option<&'a Steps>,
-    /// Until when each drone goes on as it does.
+    /// Until when each drone's flight is fixed.
     pub(crate) under_way: Vec<Tick>,
-    /// What each drone goes on with if it finds no path; nothing for those who cannot be made to
-    /// give way, and in the group for those who are not let in then.
+    /// Legs of each drone if it finds no path; empty for drones that cannot be evicted, and for
+    /// drones of the group that are not let in then.
     pub(crate) kept: Vec<Vec<Leg>>,
 }
 
@@ -50,14 +50,14 @@ pub(crate) struct Repair<'a> {
     attempt: Attempt<'a>,
     group: &'a [DroneId],
     settled: &'a [DroneId],
-    /// Who does not keep what it flew any more: by index.
+    /// Drones (by index) without their former path.
     stopped: BTreeSet<usize>,
-    /// Who is searched for next.
+    /// Drones to search for.
     queue: VecDeque<DroneId>,
 }
 
 impl<'a> Repair<'a> {
-    /// All others fly what they flew, as far as they are not in the way of what is settled.
+    /// All others keep their paths, unless these conflict with what is settled.
     pub(crate) fn new(
         job: &'a Job,
         affected: Affected<'a>,
@@ -105,7 +105,7 @@ impl<'a> Repair<'a> {
         }
     }
 
-    /// Searches for all who are to be; who finds nothing keeps what is kept for it.
+    /// Searches for every queued drone; one without a path gets its `kept` legs.
     pub(crate) fn run(&mut self) {
         let queue = std::mem::take(&mut self.queue);
         if !self.attempt.run(queue) {
@@ -114,8 +114,8 @@ impl<'a> Repair<'a> {
         self.go_back();
     }
 
-    /// Searches once more for who found no path, and then for who departs in others' air: what
-    /// those do is not what it was.
+    /// Searches once more for drones without a path, then for those that depart in others' air: the
+    /// others' paths have changed.
     pub(crate) fn run_again(&mut self) {
         let (attempt, settled) = (&mut self.attempt, self.settled);
         let is_settled = |drone: &DroneId| settled.contains(drone);
@@ -138,7 +138,7 @@ impl<'a> Repair<'a> {
         self.run();
     }
 
-    /// Drones that gave way, and need not have in the end, fly what they flew.
+    /// Returns drones evicted in vain to their former paths.
     fn go_back(&mut self) {
         for index in 0..self.attempt.kept.len() {
             let drone = DroneId(index as u32);
@@ -164,13 +164,13 @@ impl<'a> Repair<'a> {
         }
     }
 
-    /// A drone keeps this if it finds no path, in place of what it kept, which is handed back.
+    /// Sets what a drone keeps if it finds no path; returns what it kept before.
     pub(crate) fn keep(&mut self, index: usize, legs: Vec<Leg>) -> Vec<Leg> {
         self.stopped.insert(index);
         std::mem::replace(&mut self.attempt.kept[index], legs)
     }
 
-    /// A drone may be in the way of these when it departs.
+    /// A drone may conflict with these when it departs.
     pub(crate) fn forgive(&mut self, index: usize, others: Vec<DroneId>) {
         let agent = &mut self.attempt.agents.to_mut()[index];
         (agent.forgiven, agent.is_caught) = (others, true);
@@ -187,7 +187,7 @@ impl<'a> Repair<'a> {
         &self.attempt.costmap
     }
 
-    /// Whether a drone has a path that it had not.
+    /// Whether a drone has a new path.
     pub(crate) fn has_new_path(&self, index: usize) -> bool {
         let is_asked = self.group.contains(&DroneId(index as u32));
         let is_asked = is_asked || self.stopped.contains(&index);
@@ -195,7 +195,7 @@ impl<'a> Repair<'a> {
         self.attempt.paths[index].as_ref().is_some_and(is_new)
     }
 
-    /// Who finds none, and why: by number.
+    /// Drones without a path, by index.
     pub(crate) fn left_out(&self) -> Vec<(usize, FailureKind)> {
         let unplanned = self.attempt.unplanned.iter();
         let unplanned = unplanned.filter(|(drone, _)| !self.settled.contains(drone));
@@ -204,13 +204,13 @@ impl<'a> Repair<'a> {
         left_out
     }
 
-    /// Until when each drone goes on as it does.
+    /// Until when each drone's flight is fixed.
     pub(crate) fn under_way(&self) -> &[Tick] {
         &self.attempt.under_way
     }
 
-    /// The drones as they were searched for, if not as they were given, and paths of those whose
-    /// path has changed. Those who find none keep what they are to keep.
+    /// The agents as they were searched for, if not as they were given, and the changed paths.
+    /// Drones without a path keep their `kept` legs.
     pub(crate) fn into_paths(mut self) -> (Option<Vec<Agent>>, Paths) {
         for index in 0..self.attempt.paths.len() {
             if !self.has_new_path(index) {
@@ -228,7 +228,7 @@ impl<'a> Repair<'a> {
     }
 }
 
-/// What it costs at first to cross each drone, none of which has had to give way yet.
+/// Initial price of crossing each drone, before any eviction.
 fn price(attempt: &mut Attempt<'_>, group: &[DroneId], settled: &[DroneId]) {
     attempt.evicted.fill(0);
     for index in 0..attempt.kept.len() {
