@@ -1,5 +1,5 @@
-//! A leg against the fleet: free, priced or forbidden, and by which drones. Those who are close are
-//! judged one by one, the others by what they add up to.
+//! A leg against the fleet: free, priced or forbidden, and by which drones. Close drones are judged
+//! one by one, the others by what they add up to.
 
 use std::ops::Range;
 
@@ -21,9 +21,9 @@ use crate::wake::surfaces::BlockingSurfaces;
 /// typical one.
 const PART_TICKS: u32 = 200;
 
-/// Share of a budget that those who are planned first leave to those who come later: chosen here,
-/// most of those who are in the way of a sum would add less than a twentieth to it. Without it a
-/// hall of 1 000 is not planned one after another.
+/// Share of a budget that drones planned first leave to drones that come later: chosen here, most
+/// drones that conflict by a sum would add less than a twentieth to it. Without it a hall of 1 000
+/// is not planned one after another.
 const SPARE: f64 = 0.05;
 
 /// The legs of a fleet, and what another leg would mean to them.
@@ -48,7 +48,7 @@ pub struct Reservation {
 }
 
 impl Reservation {
-    /// Whose legs they are; `None` if there are none.
+    /// The drone of the legs; `None` if there are none.
     pub fn drone(&self) -> Option<DroneId> {
         self.legs.first().map(|leg| leg.drone)
     }
@@ -353,7 +353,7 @@ impl Costmap {
         });
     }
 
-    /// The same in a tenth of the time: by bounds for those who are not close, and without a look
+    /// The same in a tenth of the time: by bounds for drones that are not close, and without a look
     /// at what the leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is
     /// known. Where it is asked to, it leaves a part of the budget to drones that come later.
     pub fn judge_nearby(&self, leg: &Leg, spares: bool, verdict: &mut Verdict) {
@@ -431,8 +431,8 @@ impl Costmap {
         true
     }
 
-    /// Adds whether one drone is in the way of a leg, with all that it meets so far, and a part of
-    /// its budget left to drones that come later.
+    /// Adds whether one drone blocks a leg, with all that it meets so far, and a part of its budget
+    /// left to drones that come later.
     pub fn judge_against(&self, drone: DroneId, leg: &Leg, verdict: &mut Verdict) {
         let (budget, price_s) = (self.budget_of(leg, true), verdict.price_s);
         for part in parts(leg) {
@@ -490,8 +490,8 @@ impl Costmap {
         peak(all_met, time.start, time.end)
     }
 
-    /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do:
-    /// `exactly` they serve for none that is close.
+    /// Judges close drones, and takes bounds for the rest. `false` if bounds will not do: `exactly`
+    /// they serve for none that is close.
     fn judge_close(
         &self,
         part: &Leg,
@@ -634,7 +634,7 @@ impl Costmap {
         self.fleet.conditions().shift
     }
 
-    /// What a part meets of a leg's wake, and that leg in its way.
+    /// What a part meets of a leg's wake, and that leg as blocker.
     fn met(&self, part: &Leg, item: &Item, load: u32) -> (Incoming, Blocker) {
         let late = self.shift() + self.fleet.delay_between(&item.leg, part);
         let time = part.within(&item.leg, [self.shift(), late]);
@@ -661,7 +661,7 @@ impl Costmap {
         true
     }
 
-    /// A whole leg in the way of a part, while it may be.
+    /// A whole leg as blocker of a part, while it may be.
     fn blocker(&self, part: &Leg, item: &Item, why: Why) -> Blocker {
         let [before, after] = match why {
             Why::OwnLimit => [0, self.fleet.delay_between(&item.leg, part)],

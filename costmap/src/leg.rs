@@ -63,7 +63,7 @@ impl KindId {
 /// z up). A leg that ends at [`Tick::FOREVER`] stands still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// Who.
+    /// The drone.
     pub drone: DroneId,
     /// What flies, at which mass.
     pub kind: KindId,

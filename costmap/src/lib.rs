@@ -1,5 +1,5 @@
 //! Downwash as parry volumes and as exposure prices: a leg is free, priced or forbidden, and by
-//! whom.
+//! which drones.
 //!
 //! The jets of `airflow` say how fast the air moves at a point. A planner asks other questions: may
 //! this leg be flown at all, and what does the air along it cost? This crate answers them with

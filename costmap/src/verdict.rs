@@ -1,4 +1,4 @@
-//! What a costmap says of a leg: who forbids it, and what it costs.
+//! What a costmap says of a leg: its blockers, and its cost.
 
 use airflow::power;
 
@@ -11,7 +11,7 @@ const PRICELESS_ALPHA: f64 = 0.01;
 /// What another's wake brings a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Incoming {
-    /// Whose wake.
+    /// Emitter.
     pub from: DroneId,
     /// First moment.
     pub start: Tick,
@@ -70,10 +70,10 @@ pub enum Why {
     Zone,
 }
 
-/// A drone in the way.
+/// A drone that forbids a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Blocker {
-    /// Who.
+    /// The drone.
     pub drone: DroneId,
     /// How.
     pub why: Why,
@@ -88,13 +88,13 @@ pub struct Blocker {
 /// The answer to "may I fly this leg, and what does it cost".
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// Who forbids it; empty: no drone does.
+    /// Empty: no drone forbids it.
     pub blockers: Vec<Blocker>,
     /// The zone (its index) for which its wake alone is too strong.
     pub breaks_zone: Option<usize>,
     /// Extra energy of all that are affected, in seconds of its own hovering in still air.
     pub price_s: f64,
-    /// What the leg meets of others' wakes, while it is judged, and theirs in its way.
+    /// What the leg meets of others' wakes, while it is judged, and their legs as blockers.
     pub(crate) met: Vec<(Incoming, Blocker)>,
 }
 

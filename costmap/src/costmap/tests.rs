@@ -81,7 +81,7 @@ fn legs(drone: u32, round: u32) -> Vec<Leg> {
     legs
 }
 
-/// Who, from when: who loads it, from when, by how much.
+/// By drone and start: loads by drone, start and size.
 type Loads = Vec<(DroneId, Tick, Vec<(DroneId, Tick, u32)>, u64)>;
 
 fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {

@@ -1,8 +1,8 @@
 //! The far-wake background: what weak wakes from farther off add up to at most, by place and time.
 //!
 //! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So
-//! every bin of the floor keeps, second by second, the sum of what those who are that far off can
-//! bring to a drone in it; seconds in which nothing changes are kept once.
+//! every bin of the floor keeps, second by second, the sum of what drones that far off can bring to
+//! a drone in it; seconds in which nothing changes are kept once.
 
 use std::ops::Range;
 use std::sync::Arc;

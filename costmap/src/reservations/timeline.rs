@@ -1,6 +1,6 @@
 //! The legs of a fleet by bin of the floor, in order of time.
 //!
-//! Prioritized planning asks "who is near here then" for every step it considers, and mostly
+//! Prioritized planning asks what is near at a time for every step it considers, and mostly
 //! appends. Every bin of the [`Ground`] lists the legs over it by their beginning, each with the
 //! latest end up to there: of those that have ended before a moment one bisection skips nearly all.
 

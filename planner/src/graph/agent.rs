@@ -16,7 +16,7 @@ use crate::plan::trajectory::SAME_PLACE_M;
 /// One drone's job.
 #[derive(Clone, Debug)]
 pub(crate) struct Agent {
-    /// Who.
+    /// The drone.
     pub(crate) drone: DroneId,
     pub(crate) start: Vertex,
     /// When: its legs begin then.
@@ -27,13 +27,13 @@ pub(crate) struct Agent {
     pub(crate) grounded: bool,
     /// It leaves the ground no earlier than then.
     pub(crate) takes_off: Tick,
-    /// Whose air it is in when it departs, and cannot but fly out of; see [`Agent::forgives`].
+    /// Drones in whose air it departs, which it must fly out of; see [`Agent::forgives`].
     pub(crate) forgiven: Vec<DroneId>,
     /// How long after it departs it may take for that, at first.
     pub(crate) forgiven_ticks: u32,
     /// It comes, or is told to do something else, and could stay where it is.
     pub(crate) is_sent: bool,
-    /// It stops in the way of those it forgives if it does not fly out of it.
+    /// It stops in conflict with those it forgives if it does not fly out.
     pub(crate) is_caught: bool,
     /// Its tasks in order.
     pub(crate) waypoints: Vec<Waypoint>,
@@ -176,25 +176,25 @@ pub(crate) const FORGIVEN_TICKS: u32 = 200;
 pub(crate) const FIRST_FORGIVEN_TICKS: u32 = 50;
 
 /// A drone that waits on the ground for an appointment is there so long before it, if it flies
-/// alone: chosen here, 3 s to give way to others, or to be late, in.
+/// alone: chosen here, 3 s to avoid others, or to be late, in.
 const EARLY_TICKS: u32 = 300;
 /// And for such a part of the flight more: chosen here.
 const EARLY_PART: u32 = 4;
 
 impl Agent {
-    /// Whether a leg from `departs` on may be in a drone's way because it was before: body to body
-    /// only where they would stay so.
+    /// Whether a leg from `departs` on may conflict with a drone because it did before: body to
+    /// body only where they would stay so.
     pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
         (blocker.why != Why::Bodies || self.is_caught) && self.may_forgive(blocker.drone, departs)
     }
 
-    /// Whether it does in some way in which a leg from `departs` on may be in a drone's.
+    /// Whether it does for some conflict of a leg from `departs` on with a drone.
     pub(crate) fn may_forgive(&self, drone: DroneId, departs: Tick) -> bool {
         departs < self.departs.after(self.forgiven_ticks) && self.forgiven.contains(&drone)
     }
 
-    /// A departure from which on it could keep out of what others fly already: it is sent there,
-    /// or is long enough under way. `None`: it may be in their way however it goes on.
+    /// A departure from which on it could keep out of what others fly already: it is sent there, or
+    /// is long enough under way. `None`: it may conflict with them however it goes on.
     pub(crate) fn free_departure(&self, departs: Tick) -> Option<Tick> {
         let is_free = self.is_sent || departs >= self.departs.after(FORGIVEN_TICKS);
         is_free.then_some(departs)
@@ -345,8 +345,8 @@ impl Agent {
         })
     }
 
-    /// The first waypoint that it would reach too late if nothing at all was in the way: its index,
-    /// and when it is there, and at rest, along the lattice.
+    /// The first waypoint that it would reach too late if nothing obstructed it: its index, and
+    /// when it is there, and at rest, along the lattice.
     pub(crate) fn comes_late(&self, roadmap: &Roadmap) -> Option<(usize, Tick)> {
         let speeds = &self.mover.speeds;
         self.is_late(roadmap, |from, to, _| {

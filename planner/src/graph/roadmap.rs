@@ -206,7 +206,7 @@ impl Roadmap {
     }
 
     /// Adds a path beyond the lattice, in pieces of a cell at most, between the places at its ends
-    /// and with edges to the lattice along it. Only those use it who ask for its stops.
+    /// and with edges to the lattice along it. Only drones that ask for its stops use it.
     pub(crate) fn open_channel(&mut self, bounds: &Bounds, solids: &Solids, channel: &Channel) {
         let points_m = &channel.points_m;
         let (Some(&first_m), Some(&last_m)) = (points_m.first(), points_m.last()) else {

@@ -46,8 +46,7 @@ pub enum Change {
         lies_m: Option<Point3<f64>>,
     },
     /// A drone of another planner flies this from now on, whatever is planned here: body and wake
-    /// are in the way, and nothing makes them give way. One that was planned here is the other's
-    /// from now on.
+    /// are immovable. One that was planned here is the other's from now on.
     Fixed(Box<DronePlan>),
     /// A drone drops what it still had to do, and does this.
     Retasked {
@@ -149,7 +148,7 @@ pub enum ChangeError {
     Misplaced {
         /// The drone's name.
         drone: String,
-        /// Which place, what is in the way, and a place near it that would do, as a sentence.
+        /// Which place, what obstructs it, and a place near it that would do, as a sentence.
         why: String,
     },
     /// Larger than all drones that the roadmap was made for.

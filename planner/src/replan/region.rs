@@ -1,6 +1,5 @@
-//! A fleet planned around drones that are not its own: their trajectories are fixed, moving bodies
-//! and wakes that do not give way. So several planners can own several areas, each told what the
-//! others fly.
+//! A fleet planned around drones that are not its own: their trajectories are fixed, their bodies
+//! and wakes immovable. So several planners can own several areas, each told what the others fly.
 //!
 //! ```
 //! use planner::plan::outcome::{Control, Outcome};

@@ -1,12 +1,12 @@
-//! A plan that is being flown, changed while it is: drones that are late, that come or are taken
-//! out, or that are given something else to do.
+//! A plan changed while it is flown: drones are late, come, are taken out, or are given something
+//! else to do.
 //!
 //! [`Running`] is what a fleet manager keeps between changes. Up to the moment of a change the plan
-//! is history. From there on only those drones change that are asked to, and those that have to
-//! give way to them; all others keep their trajectories to the last byte. A drone between two
-//! places flies on to the next one before it does anything else, and a dwell that has begun is not
-//! interrupted, but by a new task. A drone without a path goes on with the one it had, or stops if
-//! that is none any more; one that comes and has none is not let in.
+//! is history. From there on only the drones asked to change and the drones they evict change; all
+//! others keep their trajectories to the last byte. A drone between two places flies on to the next
+//! one before it does anything else, and only a new task interrupts a dwell that has begun. A drone
+//! without a path goes on with the one it had, or stops if that is none any more; a drone that
+//! comes without a path is not let in.
 //!
 //! ```
 //! use planner::replan::change::Change;
@@ -75,7 +75,7 @@ use crate::verify::{DroneExposure, Judgements, exposed, exposures, judged, verif
 const SPARE_DRONES: usize = 64;
 
 /// A plan that is being flown, and what planning on needs: the roadmap, the distances to every
-/// goal, and all legs in the costmap. A copy plans on as the original would: who keeps one can take
+/// goal, and all legs in the costmap. A copy plans on as the original would: keep one to take
 /// changes back.
 #[derive(Clone, Debug)]
 pub struct Running {
@@ -110,14 +110,14 @@ pub struct Replanned {
     pub changed: Vec<Changed>,
     /// The drones without a path, in the order of the plan: one that was given another task goes on
     /// with what it had, one that is late follows its plan as late as it is, and one that comes is
-    /// not let in. One that would run into others like that, or had to give way to one that stops,
+    /// not let in. One that would conflict with others like that, or is evicted by one that stops,
     /// stops as well.
     pub refused: Vec<Unplanned>,
-    /// Violations that are not over, and begin before the drones in them could be made to do
-    /// anything else, as of a late drone that is in another's way, or within its margins, already;
-    /// of a drone that has no path and is in others' way whether it stops or goes on; and of one
-    /// that is gone those that the other has no path out of. None that a drone was sent into. They
-    /// are in the plan, too.
+    /// Violations that are not over: those that begin before the drones in them can change their
+    /// flight, as of a late drone already in conflict or within margins; those of a drone that has
+    /// no path and conflicts with others whether it stops or goes on; those with a drone that is
+    /// gone, if the other has no path out. None that a drone was sent into. They are in the plan,
+    /// too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
@@ -150,7 +150,7 @@ pub enum Cause {
     Fixed,
     /// It has something else to do, or is to land.
     Retasked,
-    /// It was in the way of one of these.
+    /// It was evicted by one of these.
     GaveWay,
 }
 
@@ -259,7 +259,7 @@ impl Running {
             let is_with_margin = violation.kind != violation.kind.without_margin();
             let early_s = if is_with_margin { margin_s } else { 0.0 };
             let is_early = |it: &Released| violation.from_s - early_s < it.at.seconds();
-            // With one that is gone the other alone can give way, if it has another path.
+            // With one that is gone only the other can move, if it has another path.
             let has_none = |it: &Released| told.refused.iter().any(|out| out.name == it.drone);
             let stays = |it: &Released| it.is_gone || is_early(it) || has_none(it);
             let is_any_gone = involved.iter().any(|it| it.is_gone);
@@ -272,7 +272,7 @@ impl Running {
                 && violation.from_s >= 0.0
                 && violation.matters_from(at.seconds())
                 && is_too_late
-                // Who was sent into it could have been left where it was.
+                // A drone sent into it could have stayed.
                 && !involved.iter().any(|it| it.is_sent && !is_early(it))
         };
         let unavoidable = self.plan.violations.iter().filter(early).cloned().collect();
@@ -523,8 +523,8 @@ impl Running {
         };
     }
 
-    /// The whole plan judged, the sums over the fleet made anew. Drones are verified anew whom a
-    /// change can concern.
+    /// Judges the whole plan, and sums over the fleet anew. Verifies only drones that a change can
+    /// affect.
     fn judge(&mut self) {
         let unplanned = self.plan.unplanned.clone();
         self.plan.fleet = fleet(&self.plan.drones, |drone| {
@@ -626,7 +626,7 @@ fn path_of<'a>(
     }))
 }
 
-/// When a drone could be made to do something else.
+/// When a drone's flight can change.
 struct Released {
     /// Its name.
     drone: String,
@@ -636,11 +636,11 @@ struct Released {
     is_sent: bool,
     /// It stops, and is gone.
     is_gone: bool,
-    /// It has no path, and is in others' way whether it stops or goes on.
+    /// It has no path, and conflicts with others if it stops or goes on.
     is_lost: bool,
 }
 
-/// What is remembered of a drone until it is known whether its change can be.
+/// What is remembered of a drone until its change is known to be possible.
 struct Asked {
     /// What the caller changed about it.
     cause: Cause,
@@ -684,7 +684,7 @@ fn take(
                 if let Some(before) = before {
                     (running.world, running.plan, running.tracks) = before;
                     renew_distances(running);
-                    // Those who come may stand in it.
+                    // Drones that come may be in it.
                     running.fill_costmap();
                 }
             }
@@ -815,7 +815,7 @@ impl Turn<'_> {
         self.fix(None, &wreck, Cause::Wreck);
     }
 
-    /// Takes what is flown here, whatever is planned; nothing can make it give way.
+    /// Takes what is flown here, whatever is planned; it is immovable.
     fn fix(&mut self, index: Option<usize>, entry: &DronePlan, cause: Cause) {
         let running = &mut *self.running;
         // It is held against the world's rules before.
@@ -1084,7 +1084,7 @@ impl Turn<'_> {
                 kept[index].clear();
             }
             if asked.cause == Cause::Late {
-                // What began before it can do something else is not to be had out of the way.
+                // A drone cannot be evicted from what began before its flight can change.
                 let gives_way = |it: &Blocker| {
                     let other = it.drone.0 as usize;
                     it.began >= under_way[other] && !kept[other].is_empty()
@@ -1145,7 +1145,7 @@ impl Turn<'_> {
                 repair.run_again();
                 continue;
             }
-            // However near they are, they get out of one another's way.
+            // However near, these drones may depart and fly apart.
             for (index, others) in caught {
                 repair.forgive(index, others);
             }
@@ -1180,8 +1180,7 @@ impl Turn<'_> {
         Ok((told, released))
     }
 
-    /// When each drone could be made to do something else, of those under way until then; some are
-    /// lost.
+    /// When each drone's flight can change, of those under way until then; some are lost.
     fn released(&self, under_way: &[Tick], lost: &BTreeSet<usize>) -> Vec<Released> {
         let running = &*self.running;
         let drones = running.world.drones.iter().zip(&running.job.agents);
@@ -1267,8 +1266,8 @@ impl Turn<'_> {
         ready.collect()
     }
 
-    /// The drones that have found no path, and would run into others if they went on as they are
-    /// to: late, or as they had to. Each may stop once.
+    /// The drones without a path that would conflict with others if they went on as they are to:
+    /// late, or as they had to. Each may stop once.
     fn clashing(
         &self,
         repair: &Repair<'_>,
@@ -1276,7 +1275,7 @@ impl Turn<'_> {
     ) -> Vec<usize> {
         let (costmap, under_way) = (repair.costmap(), repair.under_way());
         let mut verdict = Verdict::default();
-        // Two that fly what they flew are as the verifier found them.
+        // Two on their former paths are as the verifier found them.
         let is_as_it_was = |index: usize| {
             let is_told = self.asked.get(&index);
             let is_told = is_told.is_some_and(|it| it.settled || it.before.is_none());
@@ -1342,7 +1341,7 @@ impl Turn<'_> {
                     }
                     write_legs(entry, &track.agent, &track.legs, mass_kg);
                     entry.at_end = world.drones[index].at_end;
-                    // Who stays on the ground has arrived with its landing.
+                    // On the ground for good, it arrives with its landing.
                     let stays_down = agent.grounded && agent.stays();
                     let landed_s = arrivals_s(entry).first().copied();
                     let has_flown = entry.airborne_s.1 > Some(entry.airborne_s.0);
@@ -1351,7 +1350,7 @@ impl Turn<'_> {
                         Some(landed_s) if stays_down && has_flown => entry.arrives_s = landed_s,
                         _ => write_arrival(entry, &track.legs, agent, path.arrives),
                     }
-                    // Who drops what it had to do comes to rest first.
+                    // A drone that drops tasks comes to rest first.
                     entry.arrives_s = arrival_s(entry, Some(entry.arrives_s));
                     plan.unplanned.retain(|one| one.name != name);
                 }
@@ -1420,8 +1419,8 @@ impl Turn<'_> {
     }
 }
 
-/// The drones that stop for good in others' way, and those others: the first time, where they could
-/// fly out of it.
+/// The drones that stop for good in conflict with others, and those others: the first time, where
+/// they could fly out of it.
 fn caught(repair: &Repair<'_>, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<DroneId>)> {
     let mut verdict = Verdict::default();
     let costmap = repair.costmap();
@@ -1435,8 +1434,8 @@ fn caught(repair: &Repair<'_>, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<Dro
     left_out.filter_map(&mut others).collect()
 }
 
-/// The drones that stop in others' way, for want of any path, and would touch fewer of them, or for
-/// less time, if they went on as they were to.
+/// The drones that stop in conflict with others, without any path, and would touch fewer of them,
+/// or for less time, if they went on as they were to.
 fn better_gone_on(
     repair: &Repair<'_>,
     stopped: &BTreeSet<usize>,
@@ -1465,8 +1464,8 @@ fn better_gone_on(
     left_out.filter(is_better).collect()
 }
 
-/// The drones in the way of a late one where it can do something else first: it has to get away
-/// from those that do not give way.
+/// Blockers of a late drone where its flight can change first: it has to get away from the
+/// immovable ones.
 fn blockers_at_departure(running: &Running, index: usize) -> Vec<Blocker> {
     let agent = &running.job.agents[index];
     let now = Leg {

@@ -172,7 +172,7 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let dwells: u32 = dwells.sum();
     // Before it first moves it stands for as long as its motion takes to begin.
     let still = still.saturating_sub(dwells.saturating_add(agent.lead_ticks()));
-    // Who is in place before an appointment is no later for it.
+    // In place before an appointment, a drone is no later for it.
     let is_timed = alone != UNREACHABLE && agent.waypoints.iter().any(Waypoint::is_timed);
     let later = is_timed.then(|| arrives.0.saturating_sub(there.0));
     entry.waits_s = Tick(later.map_or(still, |it| still.min(it))).seconds();

@@ -69,7 +69,7 @@ const KINDS: [EndpointKind; 3] = [
 /// One exclusion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Excluded {
-    /// Who suffers: index in the world's drones.
+    /// The drone affected: index in the world's drones.
     pub(crate) drone: usize,
     pub(crate) blocker: Blocker,
     pub(crate) why: Exclusion,
@@ -174,7 +174,7 @@ impl Exclusions {
     }
 
     /// Leaves of the tracking margins only one with which the fleet `is_planned`: the least, half
-    /// of it, for who stands just so far apart cannot move, or none at all.
+    /// of it, since drones just so far apart cannot move, or none at all.
     pub(crate) fn confirm_tracking(&mut self, is_planned: impl Fn(f64) -> bool) {
         let least_m = self.bearable_m().filter_map(|it| *it).reduce(f64::min);
         // To the millimetre, downwards: it is typed back.
@@ -284,7 +284,7 @@ fn other_moves(
     let (judge, mut cache) = EndpointJudge::new(world);
     let sites = KINDS.map(|when| (when, Sites::new(&judge, &mut cache, when)));
     let mut left = MOST_PLACES;
-    // All of them in one direction; who is not in order anywhere there stays with its nearest.
+    // All of them in one direction; a drone in order nowhere there stays with its nearest.
     let mut towards = |direction: Vector3<f64>| {
         let mut to_m = nearest_m.to_vec();
         for (when, sites) in &sites {

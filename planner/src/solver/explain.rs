@@ -1,5 +1,5 @@
-//! Why a drone stays at its start: what is in its way, where and when, and what would help.
-//! Whatever is advised has been planned.
+//! Why a drone stays at its start: what obstructs it, where and when, and what would help. Whatever
+//! is advised has been planned.
 
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
@@ -36,7 +36,7 @@ const CROWDED_SHARE: f64 = 0.25;
 /// For how many groups something that would help is looked for: chosen here, some dozens of
 /// searches each.
 const MOST_REMEDIES: usize = 3;
-/// For how many refused drones it is asked what is in their way in the end, and not only what was
+/// For how many refused drones it is asked what obstructs them in the end, and not only what did
 /// when they were searched for: chosen here, up to a second of work each.
 const MOST_ASKED: usize = 24;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
@@ -113,7 +113,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         control,
         ..
     } = *refusals;
-    // Others are not in the way of who is late without them.
+    // Others do not obstruct a drone late without them.
     let late = |drone: DroneId| {
         let agent = Some(&job.agents[drone.0 as usize]).filter(|it| it.is_timed());
         agent.and_then(|it| it.comes_late_along_lattice(&job.roadmap))
@@ -286,7 +286,7 @@ fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Optio
     })
 }
 
-/// What is in the way, by the names of the scenario.
+/// The obstruction, by the names of the scenario.
 fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     let kind = match by.by {
         Obstructor::Zone(zone) => HindranceKind::Zone {
@@ -754,9 +754,9 @@ impl Refusals<'_> {
         refused.is_some_and(|refused| refused.is_empty())
     }
 
-    /// Who is refused if the world is changed so, of these drones and all that are planned now: a
-    /// small fleet is planned whole, as a run would; of a large one these alone among the rest.
-    /// `None`: one in so many of its states did not tell.
+    /// Drones refused if the world is changed so, of these and all that are planned now: a small
+    /// fleet is planned whole, as a run would; of a large one these alone among the rest. `None`:
+    /// one in so many of its states did not tell.
     fn refused_by(&self, changed: &World, drones: &[DroneId], share: u64) -> Option<Vec<DroneId>> {
         if (self.control.stop)() || changed.check().is_err() {
             return None;

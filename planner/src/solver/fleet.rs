@@ -335,7 +335,7 @@ const MOST_EXPANSIONS_ALONE: u64 = 50_000;
 const MOST_SMOOTH_EXPANSIONS_ALONE: u64 = 10_000;
 /// So many drones are searched for alone at a time; where a zone leaves none of that many a path,
 /// each of the rest gets so many of the states, and in a small fleet one in so many of them if that
-/// is more, and all whom that zone stops are refused. All chosen here: what stops a few drones of a
+/// is more, and all that this zone stops are refused. All chosen here: what stops a few drones of a
 /// fleet stops most of it, and a drone that flies elsewhere, or round it, is there within as many.
 const AT_A_TIME: usize = 4;
 const SHARE_OF_REST: u64 = 4;
@@ -464,7 +464,7 @@ impl<'a> Run<'a> {
         plan_fleet(&problem, &mut self.effort)
     }
 
-    /// Plans every drone alone among the zones: how long that takes, and who has no path at all.
+    /// Plans every drone alone among the zones: how long that takes, and which have no path.
     fn kept_out_by_zones(
         &mut self,
         empty: &Costmap,
@@ -483,7 +483,7 @@ impl<'a> Run<'a> {
         };
         let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
         let is_asked = |agent: &&Agent| {
-            // Who is late wherever the zones are is told so.
+            // A drone late without any zone is told so.
             let is_late = || agent.is_timed() && agent.comes_late(&job.roadmap).is_some();
             let is_open = agent.alone_ticks != UNREACHABLE && !known(agent.drone);
             !agent.stays() && is_open && !is_late()
@@ -570,7 +570,7 @@ impl<'a> Run<'a> {
         }
         for (drone, zone, by, ended) in stopped {
             // Where the states ended first, the zone may leave a path: the fleet's search tells,
-            // but of those whom it stops like many others.
+            // but of drones that it stops like many others.
             if ended.is_none() || in_vain[zone] >= AT_A_TIME {
                 out.push((drone, FailureKind::Zone(by)));
                 job.ended.extend(ended.map(|states| (drone, states)));

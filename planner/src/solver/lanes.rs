@@ -1,6 +1,6 @@
 //! Lattices for gaps that two drones can just pass one another in: with places as far to either
-//! side as their bodies may be, and none between, where one would be in the way of the other
-//! whatever that does.
+//! side as their bodies may be, and none between, where one would block the other whatever that
+//! does.
 //!
 //! Drones are planned one after another. In such a gap the first flies along its middle on any
 //! lattice that has it, and each of the two would have to leave it for the other.

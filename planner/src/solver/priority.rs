@@ -46,10 +46,10 @@ const LATE_STATES: u64 = 4;
 /// States after which a plan that there may be is asked for, at least: chosen here, half a second
 /// of work, in which a small fleet is through but for its hardest cases.
 const FEWEST_EXPANSIONS: u64 = 100_000;
-/// Where more than this share of all columns is held in the end, every drone is planned at once
-/// first. Chosen here: where less is, one after another nearly always find paths, and better ones.
+/// Where more than this share of all columns is held in the end, PIBT plans first. Chosen here:
+/// where less is, prioritized planning nearly always finds paths, and better ones.
 const CROWDED_SHARE: f64 = 0.4;
-/// Orders tried when a drone is left out; chosen here.
+/// Orders tried when a drone is unplanned; chosen here.
 const ORDERS: u64 = 4;
 /// Fleets up to this size are improved without being asked: chosen here, what a window or a shaft
 /// holds.
@@ -87,7 +87,7 @@ pub(crate) struct FleetProblem<'a> {
     /// Whether there is another answer where the states end: drones are planned one after another
     /// alone, for as long as it takes.
     pub(crate) is_tried: bool,
-    /// Whether more is asked than who can be planned: other orders and LNS for a better plan.
+    /// Whether more is asked than which can be planned: other orders and LNS for a better plan.
     pub(crate) improves: bool,
 }
 
@@ -206,7 +206,7 @@ impl InOrder {
 }
 
 impl FleetProblem<'_> {
-    /// One after another. `None` where the budget of states ended first.
+    /// Prioritized planning. `None` where the budget of states ended first.
     fn in_order(
         &self,
         order: u64,
@@ -354,7 +354,7 @@ pub(crate) fn note_of_steps(
     })
 }
 
-/// Those left out, then the sum of costs.
+/// Unplanned drones, then the sum of costs.
 pub(crate) fn score(paths: &Paths) -> (usize, u64) {
     let known = paths.paths.iter().flatten();
     let arrivals = known.map(|path| u64::from(path.arrives.0));
@@ -376,7 +376,7 @@ fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     keyed.into_iter().map(|(_, drone)| drone).collect()
 }
 
-/// Paths for every drone but those who are excluded, or `None`.
+/// Paths for every drone but the excluded, or `None`.
 fn plan_by_pibt(
     problem: &FleetProblem<'_>,
     gives_up_at: Option<u64>,
@@ -391,7 +391,7 @@ fn plan_by_pibt(
         ..
     } = *problem;
     let steps = problem.steps.as_ref()?;
-    // Those that step together ask the tables alone, which know of no zone.
+    // PIBT asks the tables alone, which know of no zone.
     let has_zones = costmap.has_air_limits_of_zones();
     if problem.hopeless() > excluded.len() || job.roadmap.has_channels() || has_zones {
         return None;
@@ -567,7 +567,7 @@ mod tests {
     }
 
     /// Small drones on a ring, a quarter of a metre from one to the next, each sent across to the
-    /// other side: home are those who hold the ring closed before the last are there.
+    /// other side: those at their goals close the ring before the last are there.
     #[test]
     fn drones_that_trade_places_across_a_ring_all_come_home() {
         const DRONES: usize = 49;

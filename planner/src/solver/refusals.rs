@@ -2,8 +2,8 @@
 //! place of the search's bounds. So a "no" is about the place, as far as it was looked at, and not
 //! about the lattice.
 //!
-//! Small fleets are planned again whole; then, and in large ones, the refused with those in their
-//! way among all others as they are. All of it within a budget of states.
+//! Small fleets are planned again whole; then, and in large ones, the refused with their blockers
+//! among all others as they are. All of it within a budget of states.
 
 use std::collections::BTreeMap;
 
@@ -79,11 +79,11 @@ const EXPANSIONS_OF_LANES: u64 = 5_000;
 const MOST_GROUPS: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
 pub(crate) const LARGEST_GROUP: usize = 6;
-/// States of a search for what is in the way: chosen here, a second of work.
+/// States of a search for an obstruction: chosen here, a second of work.
 const MOST_EXPANSIONS_IN_THE_WAY: u64 = 20_000;
 /// The same where air takes time: chosen here, as much work.
 const MOST_LATE_EXPANSIONS_IN_THE_WAY: u64 = 2_000;
-/// For how many refused drones it is asked what is in the way: chosen here.
+/// For how many refused drones the obstruction is asked for: chosen here.
 const MOST_ASKED: usize = 12;
 
 /// Drones that were planned together again, and how far that went.
@@ -91,7 +91,7 @@ const MOST_ASKED: usize = 12;
 pub(crate) struct Retried {
     /// Ascending.
     pub(crate) drones: Vec<DroneId>,
-    /// How far it was looked for paths of those who have none.
+    /// How far missing paths were searched for.
     pub(crate) extent: Extent,
 }
 
@@ -196,14 +196,14 @@ fn may_be_helped(job: &Job, (drone, why): &(DroneId, FailureKind)) -> bool {
     }
 }
 
-/// Who is planned together again among all others: the refused with those in their way.
+/// Drones planned together again among all others: the refused with their blockers.
 fn groups(job: &Job, paths: &Paths, control: &Control<'_>) -> Vec<Vec<DroneId>> {
     if !is_refused(job, paths) || (control.stop)() {
         return Vec::new();
     }
     let refused = paths.unplanned.iter().filter(|it| may_be_helped(job, it));
     let refused: Vec<&(DroneId, FailureKind)> = refused.take(MOST_ASKED).collect();
-    // Whom a zone stops without any other it stops among them, too.
+    // A drone that a zone stops alone is stopped among others, too.
     let alone = |(drone, why): &&&(DroneId, FailureKind)| match why {
         FailureKind::Zone(by) => Some((*drone, Some(*by))),
         _ => None,
@@ -218,16 +218,15 @@ fn groups(job: &Job, paths: &Paths, control: &Control<'_>) -> Vec<Vec<DroneId>> 
     groups
 }
 
-/// Unplanned drones with those in their way, each group ascending and a question of its own; no
-/// drone is in two of them. `stopped` says by drone what stops it while every other keeps to its
-/// plan.
+/// Unplanned drones with their blockers, each group ascending and a question of its own; no drone
+/// is in two of them. `stopped` says by drone what stops it while every other keeps to its plan.
 pub(crate) fn joined(
     unplanned: &[(DroneId, FailureKind)],
     stopped: &BTreeMap<DroneId, Option<Obstruction>>,
 ) -> Vec<Vec<DroneId>> {
     let mut groups: Vec<Vec<DroneId>> = Vec::new();
     for (&drone, by) in stopped {
-        // Whom no other order would help is no part of the question.
+        // A drone that no other order helps is no part of this.
         let helps = |other: &DroneId| {
             stopped.contains_key(other) || unplanned.iter().all(|(drone, _)| drone != other)
         };

@@ -25,7 +25,7 @@ pub(crate) struct Subfleet<'a> {
     pub(crate) job: &'a Job,
     /// Of the whole fleet, as they are now.
     pub(crate) paths: &'a Paths,
-    /// Who is planned once more, ascending.
+    /// Drones planned again, ascending.
     pub(crate) chosen: &'a [DroneId],
     /// Says when to stop.
     pub(crate) control: &'a Control<'a>,
@@ -60,7 +60,7 @@ pub(crate) struct Terms {
     pub(crate) raised: [f64; 2],
     /// States of all searches.
     pub(crate) most_expansions: u64,
-    /// Whether a better plan is worth more work than who can be planned.
+    /// Whether more is asked than which can be planned: a better plan.
     pub(crate) improves: bool,
 }
 

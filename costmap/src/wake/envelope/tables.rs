@@ -33,7 +33,7 @@ impl Kept {
 /// The oldest first.
 static KEPT: Mutex<VecDeque<Kept>> = Mutex::new(VecDeque::new());
 
-/// Who meets a wake: the points of its discs, and the mean square that counts as still air to it.
+/// A wake's receiver: the points of its discs, and the mean square that counts as still air to it.
 type Receiver<'a> = (&'a DiscPoints, f64);
 
 /// Tables of one wake for several receivers, down to a depth, for receivers that may be so far from

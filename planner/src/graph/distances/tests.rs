@@ -174,7 +174,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
         let place = |i: u32| (at(100 * seed + i) * lattice.place_count() as f64) as Vertex;
         let (from, goal) = (place(0), place(1));
         let closed: Vec<usize> = (2..50).map(|i| lattice.column(place(i))).collect();
-        // Some are closed only for who comes late.
+        // Some are closed only to late drones.
         let is_open = |column: usize, lead: u32| {
             let index = closed.iter().position(|closed| *closed == column);
             index.is_none_or(|index| index % 4 == 0 && lead < 300)

@@ -361,7 +361,7 @@ fn a_replan_of_a_replan_of_a_replan_is_sound() {
         exposed_as_judged_anew(&running);
         others_keep_theirs(&before, running.plan(), &told);
     }
-    // The same drones again, who have been changed already.
+    // The same drones again, changed already.
     let [x, y] = free_column(running.plan(), 9);
     let again = [
         late("d1", 1.0),

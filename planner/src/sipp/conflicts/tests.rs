@@ -149,7 +149,7 @@ fn past_one_another(late: bool) -> Past {
     past
 }
 
-/// A drone in the way of a step is no more when its departures are said to be clear.
+/// A blocker of a step is none when its departures are said to be clear.
 #[test]
 fn a_step_is_free_when_it_departs_after_all_are_clear() {
     for late in [false, true] {
@@ -396,7 +396,7 @@ fn tables_are_volumes(late: bool) {
             let last = if still[1] { 0 } else { ticks[1] as i32 };
             let mut delays: BTreeSet<i32> = BTreeSet::new();
             for delay in first + 1..last {
-                // Of who stands still the table says when in its step the other is too near.
+                // For a still drone the table says when in its step the other is too near.
                 let time = match still {
                     [true, _] => [f64::from(delay); 2],
                     [_, true] => [-f64::from(delay); 2],

@@ -1,10 +1,10 @@
-//! A complete plan made better, for so many states and while there is time: the drone that loses
-//! most is planned again at the cost of a few others.
+//! A complete plan made better, for so many states and while there is time: the most delayed drone
+//! is planned again at the cost of a few others.
 //!
 //! Large neighbourhood search (J. Li, Z. Chen, D. Harabor, P. J. Stuckey, S. Koenig, "Anytime
 //! multi-agent path finding via large neighborhood search", IJCAI 2021), with neighbourhoods that
-//! the search chooses: a delayed drone may take what others hold, cheaply; those are planned again
-//! among all the rest, who stay as they are. What is not better in sum is taken back, so that there
+//! the search chooses: a delayed drone may evict others, cheaply; those are planned again among all
+//! the rest, which keep their paths. What does not lower the sum of costs is undone, so that there
 //! is a safe plan at every moment.
 
 use std::cmp::Reverse;
@@ -18,9 +18,8 @@ use crate::graph::agent::Agent;
 use crate::plan::outcome::Progress;
 use crate::sipp::search::{IMMOVABLE, Path, Setting, search};
 
-/// Prices of taking what another holds (ticks), one round after another. Chosen here: a tenth of a
-/// second finds those who lose hardly anything, two seconds only those who hold a drone up for
-/// long.
+/// Prices of evicting a drone (ticks), one round after another. Chosen here: a tenth of a second
+/// finds drones that lose hardly anything, two seconds only drones that delay another for long.
 const PRICES: [u32; 3] = [10, 50, 200];
 /// Drones planned again for one: chosen here, more of them hardly ever all find a path.
 const MOST_OTHERS: usize = 6;
@@ -145,7 +144,7 @@ impl Attempt<'_> {
         found
     }
 
-    /// Plans one again, and those in its way. Whether that was worth it.
+    /// Plans a drone and those it evicts again. Whether that was worth it.
     fn gain(&mut self, drone: DroneId, price: u32) -> bool {
         let mut before = vec![self.take_out(drone)];
         let asked = |weight: &u32| match *weight {
@@ -171,7 +170,7 @@ impl Attempt<'_> {
         gained
     }
 
-    /// Whether a path in place of what its drone had makes the sum of costs less, if all whom it
+    /// Whether a path in place of its drone's former one lowers the sum of costs, if all drones it
     /// meets arrive as if they were alone.
     fn may_gain(&self, before: &Before, path: &Path) -> bool {
         let delay = |drone: DroneId, path: &Path| {
@@ -187,7 +186,7 @@ impl Attempt<'_> {
         delay(before.drone, path) < own + others
     }
 
-    /// Whether all of these find a path again, and all that was changed is less in sum.
+    /// Whether all of these find a path again, and the sum over all changed is less.
     fn replan(&mut self, others: &[Before], all: &[Before]) -> bool {
         let immovable = vec![IMMOVABLE; self.weights.len()];
         let arrives =

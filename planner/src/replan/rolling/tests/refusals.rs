@@ -1,5 +1,4 @@
-//! Drones that give way, drones without a path, what is wrong with a change, and loads and
-//! landings.
+//! Evicted drones, drones without a path, what is wrong with a change, and loads and landings.
 
 use super::*;
 
