@@ -717,7 +717,7 @@ struct Turn<'a> {
 }
 
 impl Turn<'_> {
-    /// Remembers a change, and what the drone goes `before` on with if it has no path.
+    /// Remembers a change, and what was `before`, for a drone without a path.
     fn ask(&mut self, index: usize, cause: Cause, settled: bool, before: Option<(Track, Drone)>) {
         let asked = Asked {
             cause,
@@ -946,8 +946,8 @@ impl Turn<'_> {
         mass_kg.last().filter(|_| is_there).map(|kg| (since, *kg))
     }
 
-    /// Gives a drone other tasks, and another end, from where it can do something else; its track
-    /// ends there until it has a path.
+    /// Gives a drone other tasks, and another end, from where its flight can change; its track ends
+    /// there until it has a path.
     fn retask(&mut self, index: usize, tasks: &[Task], at_end: AtEnd) {
         let roadmap = &self.running.job.roadmap;
         let track = &self.running.tracks[index];
@@ -1187,7 +1187,7 @@ impl Turn<'_> {
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
             let is_forgiven = !agent.forgiven.is_empty();
             let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
-            // What is fixed never does anything else.
+            // A fixed drone's flight never changes.
             let index = agent.drone.0 as usize;
             let track = &running.tracks[index];
             let at = match track.is_fixed {
@@ -1206,8 +1206,8 @@ impl Turn<'_> {
         under_way.iter().zip(drones).map(released).collect()
     }
 
-    /// What each drone has to do from where it can do something else, and what it keeps if it finds
-    /// no path; nothing is kept of drones that cannot be planned anew.
+    /// What each drone has to do from where its flight can change, and what it keeps if it finds no
+    /// path; nothing is kept of drones that cannot be planned anew.
     fn agents(&mut self) -> (Vec<Agent>, Vec<Vec<Leg>>) {
         let ready = self.ready();
         let roadmap = &self.running.job.roadmap;
@@ -1236,8 +1236,8 @@ impl Turn<'_> {
         (agents, kept)
     }
 
-    /// What each drone has to do from where it can do something else; `None` where it cannot be
-    /// planned anew. Places that the roadmap has not are connected.
+    /// What each drone has to do from where its flight can change; `None` where it cannot be
+    /// planned anew. Places that the roadmap lacks are connected.
     fn ready(&mut self) -> Vec<Option<Agent>> {
         let is_told = |index: usize| {
             let told = self.asked.get(&index).filter(|asked| !asked.settled);
@@ -1303,8 +1303,8 @@ impl Turn<'_> {
             .collect()
     }
 
-    /// Writes what was found into tracks and plan, and tells the drones that have changed, and
-    /// those without a path.
+    /// Writes what was found into tracks and plan, and reports the drones changed, and those
+    /// without a path.
     fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> Replanned {
         let mut told = Replanned::default();
         let Running {

@@ -63,8 +63,8 @@ impl Track {
         !self.is_gone && self.state(roadmap, at) != State::Absent
     }
 
-    /// Where it is at a moment, and from when on it can do something else. A leg, and a dwell that
-    /// has begun, is flown to its end.
+    /// Where it is at a moment, and from when on its flight can change. A leg, and a dwell that has
+    /// begun, is flown to its end.
     pub(super) fn state(&self, roadmap: &Roadmap, at: Tick) -> State {
         self.state_of(roadmap, at, false)
     }
@@ -162,7 +162,7 @@ impl Track {
         is_beyond.then_some((at_m, grounded))
     }
 
-    /// What it has to do from where it can do something else, which is at the `beyond` vertex where
+    /// What it has to do from where its flight can change, which is at the `beyond` vertex where
     /// that is none of its own; `None` where it cannot be planned anew: it has nothing left to do
     /// but to end, which it cannot do otherwise.
     pub(super) fn ready(

@@ -121,7 +121,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     });
     let by_tables = [false, true].map(|comes_back| (Tick(0), u64::MAX, comes_back));
     let at_first = at_first.map(|(until, most)| (until, most, false));
-    // Whether all that can be reached was looked at, and leads nowhere.
+    // Whether all reachable states were expanded in vain.
     let mut is_exhausted = false;
     let mut obstruction = None;
     for (judged_until, most, comes_back) in by_tables.into_iter().chain(at_first) {

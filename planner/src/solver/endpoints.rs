@@ -49,10 +49,10 @@ const MOST_KEPT: usize = 1 << 20;
 /// the air is not asked about. Both chosen here: no way out of such a crowd is by one drone.
 const CROWD: usize = 64;
 
-/// What the air that drones are in is raised by in turn until the fleet is planned: chosen here,
-/// drones meet more on their way.
+/// Factors on the air that drones are in, in turn until the fleet is planned: chosen here, drones
+/// meet more on their way.
 const RAISES: [f64; 3] = [1.0, 1.1, 1.25];
-/// How many times as far as to the nearest place that is in order drones are moved in turn until
+/// Multiples of the distance to the nearest place in order by which drones are moved, in turn until
 /// the fleet is planned: chosen here, they need room to fly.
 const FARTHER: [f64; 3] = [1.0, 1.5, 2.0];
 /// In so many ways drones are moved in turn until the fleet is planned, at most: chosen here, as
@@ -274,8 +274,8 @@ fn moved(
         .find(|moved| moved.check().is_ok() && is_planned(moved))
 }
 
-/// Where else (m) those in conflicts may go, and how many times as far, when it does not do that
-/// they go to the `nearest`; the nearest of all first.
+/// Where else (m) drones in conflicts may go, and how many times as far, if their `nearest` places
+/// will not do; the nearest of all first.
 fn other_moves(
     world: &World,
     conflicts: &[&EndpointConflict],
@@ -317,7 +317,7 @@ fn other_moves(
     moves
 }
 
-/// Where the drone is that suffers (m), in a world as it is.
+/// Place of the affected drone (m), in a world as it is.
 fn from_m(world: &World, conflict: &EndpointConflict) -> Point3<f64> {
     let drone = &world.drones[conflict.drone];
     match conflict.task_of(drone.tasks.len()) {
@@ -374,7 +374,7 @@ pub(crate) fn find(world: &World) -> Exclusions {
     let mut kept = Vec::new();
     for when in KINDS {
         let sites = Sites::new(&judge, &mut cache, when);
-        // Of starts that exclude one another only words are made.
+        // Starts that exclude one another are only described.
         let most = match when {
             EndpointKind::Starts => CROWD,
             EndpointKind::Goals | EndpointKind::Tasks => {
@@ -449,8 +449,8 @@ fn severity(why: &Exclusion) -> f64 {
     }
 }
 
-/// What excludes one site from being where it is, as far as it is the one to name it: the pairs
-/// that are kept, `most` of them, and how many more there are.
+/// What excludes one site, as far as pairs are named under it: the pairs that are kept, `most` of
+/// them, and how many more there are.
 fn exclusions(
     judge: &EndpointJudge<'_>,
     sites: &Sites,
@@ -520,7 +520,7 @@ fn exclusions(
     (found, untold)
 }
 
-/// That one site is excluded by another.
+/// The exclusion of a site by another.
 fn pair(site: &Site, other: &Site, why: Exclusion) -> Excluded {
     let counted = |site: &Site| site.task.map(|task| task + 1);
     let meeting = |during_s| Meeting {
@@ -576,7 +576,7 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
     together.into_iter().collect()
 }
 
-/// The other tasks at which a drone that ends where it breaks a zone's limit breaks one: it is not
+/// Of drones whose goals break a zone's limit, the other tasks that break one: they are not
 /// searched for, so that the search does not find them.
 fn other_tasks(judge: &EndpointJudge<'_>, sites: &Sites, goals: &[Excluded]) -> Vec<Excluded> {
     let over_zones = goals.iter().filter_map(|it| match it.blocker {

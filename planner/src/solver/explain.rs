@@ -55,8 +55,8 @@ const MOST_EXPANSIONS_IN_ALL: u64 = 100_000;
 /// A gentler pass may take so many times the states of the first: chosen here, three times as
 /// many, each of which counts eight times without tables.
 const PASS_STATES: u64 = 24;
-/// What the limits that a pass was verified at are raised by in turn until the fleet is planned:
-/// chosen here, the bounds of the search are some percent above the air itself.
+/// Factors on the limits that a pass was verified at, in turn until the fleet is planned: chosen
+/// here, the bounds of the search are some percent above the air itself.
 const MARGINS: [f64; 3] = [1.02, 1.1, 1.25];
 /// The same for a zone's limit, whose bounds are coarser: chosen here.
 const ZONE_RAISES: [f64; 5] = [1.25, 1.6, 2.0, 3.0, 5.0];
@@ -73,8 +73,8 @@ const HIGHEST_M: f64 = 120.0;
 /// How far above the least height that might do it is tried in turn (m): chosen here, drones need
 /// room to fly.
 const ABOVE_M: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// How many times as far as to the nearest place that is in order a goal is moved in turn: chosen
-/// here, drones need room to fly.
+/// Multiples of the distance to the nearest place in order by which a goal is moved, in turn:
+/// chosen here, drones need room to fly.
 const FARTHER: [f64; 3] = [1.0, 2.0, 4.0];
 /// Of the states of a plan that shows whether something would help, each place of a goal gets one
 /// in so many: chosen here, where the nearest asks for most of them another asks for few.
@@ -86,7 +86,7 @@ const BEARINGS: usize = 8;
 /// Places of a task that are planned in turn until one will do: chosen here.
 const MOST_PLACES: usize = 8;
 
-/// A fleet of which some are refused, and what was done about it.
+/// A fleet with refused drones, and what was tried for them.
 pub(crate) struct Refusals<'a> {
     /// The whole world.
     pub(crate) world: &'a World,
@@ -136,7 +136,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
     let obstructed = |drone: DroneId, known: Option<Obstruction>| {
         let by = stopped.get(&drone).map_or(known, |by| *by);
         let group = groups.iter().position(|group| group.contains(&drone));
-        // Whose reason tells what the group could do.
+        // Its first drone states the group's remedy.
         let mut drones = paths.unplanned.iter().map(|(drone, _)| *drone);
         let first = group.and_then(|group| drones.find(|drone| groups[group].contains(drone)));
         let remedy = match (group.and_then(|group| remedies[group].as_ref()), first) {

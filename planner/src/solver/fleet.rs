@@ -104,7 +104,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
 
 /// Paths of a fleet, and the run that found them.
 pub(crate) struct Solved<'a> {
-    /// Of the world by whose rules they are.
+    /// Of the world with their rules.
     pub(crate) run: Run<'a>,
     /// Of all drones that have one.
     pub(crate) paths: Paths,
@@ -211,8 +211,8 @@ enum Rules {
     /// Others follow.
     First,
     Between,
-    /// Those that are kept to whatever they cost, be they the only ones; cells are divided into so
-    /// many parts at most.
+    /// The last, kept to at any cost, even if the only ones; cells are divided into so many parts
+    /// at most.
     Last(f64),
 }
 
@@ -299,7 +299,7 @@ impl<'a> Trials<'a> {
         tried.is_some_and(|paths| paths.unplanned.is_empty())
     }
 
-    /// Leaves of the smaller margins and higher limits that are proposed those that would help.
+    /// Of the smaller margins and higher limits proposed, keeps those that would help.
     fn confirm(&self, endpoints: &mut Exclusions, world: &World) {
         endpoints.confirm_tracking(|tracking_m| {
             let mut changed = world.clone();
@@ -542,7 +542,7 @@ impl<'a> Run<'a> {
                 self.effort.expansions += expansions;
                 if let Some(Searched { found, expansions }) = at_any {
                     self.effort.expansions += expansions;
-                    // No zone stops it that it passes when it may be late.
+                    // If it has a path when late, no zone stops it.
                     if let Found::Path(path) = found {
                         let agent = &mut job.agents[drone.0 as usize];
                         match agent.comes_late_on(&job.roadmap, &path.legs) {
@@ -580,7 +580,7 @@ impl<'a> Run<'a> {
         out
     }
 
-    /// The answer that a judged plan is.
+    /// The outcome of a judged plan.
     pub(crate) fn answer(self, plan: Plan, failures: Vec<Failure>, notes: Vec<String>) -> Outcome {
         Outcome::of(Planned {
             plan,

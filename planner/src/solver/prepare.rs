@@ -44,7 +44,7 @@ pub(crate) struct Job {
     pub(crate) closed: Vec<(DroneId, usize)>,
     /// Drones that a zone stops like others, and after how many states that was enough.
     pub(crate) ended: Vec<(DroneId, u64)>,
-    /// How far from their legs others fly that are fixed (m).
+    /// How far fixed drones fly from their legs (m).
     pub(crate) others_astray_m: f64,
 }
 
@@ -443,7 +443,7 @@ pub(crate) fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> 
     stops
 }
 
-/// How a drone ends that is here after its last dwell; an error tells how much room a landing lacks
+/// The ending of a drone that is here after its last dwell; an error tells the room a landing lacks
 /// (m).
 pub(crate) fn ending_from(
     world: &World,
@@ -561,7 +561,7 @@ impl Kinds {
         })
     }
 
-    /// Keeps those that are `used`, in their order; which each is then.
+    /// Keeps kinds `used`, in their order; returns what each becomes.
     pub(crate) fn keep(&mut self, used: &BTreeSet<KindId>) -> BTreeMap<KindId, KindId> {
         let next = (0..).map(KindId);
         let renumbered = used.iter().copied().zip(next).collect();

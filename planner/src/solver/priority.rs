@@ -361,7 +361,7 @@ pub(crate) fn score(paths: &Paths) -> (usize, u64) {
     (paths.unplanned.len(), arrivals.sum())
 }
 
-/// Shortest alone first; later orders shuffle neighbours in that order more and more.
+/// By individual lower bound; later orders shuffle neighbours more and more.
 fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     let key = |agent: &Agent| {
         let alone = u64::from(agent.alone_ticks);

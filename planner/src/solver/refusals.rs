@@ -1,4 +1,4 @@
-//! What would be refused is tried again first: on finer cells, and with the verifier's judgement in
+//! Drones to be refused are tried again first: on finer cells, and with the verifier's judgement in
 //! place of the search's bounds. So a "no" is about the place, as far as it was looked at, and not
 //! about the lattice.
 //!
@@ -35,8 +35,8 @@ const MOST_DEAR_EXPANSIONS: u64 = 16_000;
 /// Plans with higher bounds that the verifier is asked about for one group: chosen here, up to a
 /// second of work each.
 const MOST_JUDGED: usize = 3;
-/// On so many lattices for one group what lies between bounds that are too low and those by which
-/// the verifier refuses a plan is halved, and how often: chosen here, to a few percent of the
+/// On so many lattices for one group the range between bounds that are too low and those by which
+/// the verifier refuses a plan is bisected, and how often: chosen here, to a few percent of the
 /// limit.
 const MOST_NARROWED: usize = 2;
 const MOST_HALVINGS: usize = 3;

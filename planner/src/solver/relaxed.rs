@@ -153,8 +153,8 @@ impl Why {
     }
 }
 
-/// Notes on the plan of a world: why it does without what others that were tried have, of each rule
-/// by the one that gives up no more than it where there is one.
+/// Notes on the plan of a world: why it lacks rules that other worlds tried had, of each rule by
+/// the world that differs in it alone where there is one.
 pub(crate) fn notes(tried: &[(&World, Why)], planned: &World) -> Vec<String> {
     let without = |has: &dyn Fn(&World) -> bool, is_alike: &dyn Fn(&World) -> bool| {
         let by = tried

@@ -285,7 +285,7 @@ impl<'a> SynchronousSteps<'a> {
         (!self.reaches(one, other)).then_some([0; 2])
     }
 
-    /// What the step that led one drone to where it is and the next of another do to one another.
+    /// What the last step of one drone and the next of another do to one another.
     fn cross(&self, one: &Stride, other: &Stride) -> Option<[u8; 2]> {
         let (Course::Axis(before), Course::Axis(others)) = (one.came, other.course) else {
             let (from, from_other) = (one.from(), other.from());
@@ -322,8 +322,7 @@ struct SynchronousTable {
     extent: Extent,
     /// `[direction][direction][dz][dy][dx]`: loads on both, or [`TOO_NEAR`].
     meetings: Vec<[u8; 2]>,
-    /// The same of a step that led the first to where it is, and the second's next; empty without
-    /// time margins.
+    /// The same of the first's last step and the second's next; empty without time margins.
     crossings: Vec<[u8; 2]>,
     /// As the meetings, what advected wakes mean; empty where they are quasi-static.
     advected: Vec<AdvectedStep>,

@@ -1,4 +1,4 @@
-//! What a search answers: a path, or what was in the way.
+//! What a search answers: a path, or an obstruction.
 
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Why;
@@ -31,13 +31,13 @@ impl Path {
 pub(crate) enum Found {
     /// The cheapest path.
     Path(Path),
-    /// None, and what was in the way closest to the goal.
+    /// None, and the obstruction closest to the goal.
     Blocked(Option<Obstruction>),
     /// Told to stop.
     Stopped,
 }
 
-/// What was in the way.
+/// What blocks a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Obstruction {
     /// What it is.

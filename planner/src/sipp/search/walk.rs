@@ -92,7 +92,7 @@ pub(super) struct Search<'a> {
     verdict: Verdict,
     /// Gathers the verdicts of all that leads to one state.
     all: Verdict,
-    /// What was in the way nearest to the end.
+    /// The obstruction nearest to the end.
     pub(super) obstruction: Option<Obstruction>,
     /// What remains counts one part in 2ⁿ more; see [`weighted`].
     weight_shift: u32,
@@ -672,7 +672,7 @@ impl<'a> Search<'a> {
         let mut all = std::mem::take(&mut self.all);
         all.clear();
         let mut brief = self.judge_in_brief(&from, &label, &mut all);
-        // What is forgiven depends on how a drone is in the way.
+        // What is forgiven depends on how a drone blocks.
         let is_forgiven = |it: &Blocker| self.agent.may_forgive(it.drone, label.departs);
         if all.blockers.iter().any(is_forgiven) {
             brief = Brief::Nothing;
@@ -971,7 +971,7 @@ impl<'a> Search<'a> {
         self.push(later);
     }
 
-    /// Keeps in mind that the place of a label may be reached at another time as well.
+    /// Notes that the place of a label may be reached at another time as well.
     fn remember(&mut self, index: u32) {
         let label = self.labels[index as usize];
         self.push(Label {
@@ -1075,8 +1075,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The first moment after `departs` at which none of these may be in the way any more; `None` if
-/// one stays. Times known `roughly` are those of whole legs.
+/// The first moment after `departs` at which none of these may block any more; `None` if one stays.
+/// Times known `roughly` are those of whole legs.
 fn clear_after(
     departs: Tick,
     blockers: &[Blocker],
@@ -1088,7 +1088,7 @@ fn clear_after(
         if blocker.clear == Tick::FOREVER {
             return None;
         }
-        // A drone on its leg may be out of the way half-way already.
+        // A drone on its leg may have cleared half-way already.
         let half = Tick(blocker.began.0.midpoint(blocker.clear.0));
         let early = roughly && half > departs;
         let clear = if early { half } else { blocker.clear };

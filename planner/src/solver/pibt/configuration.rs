@@ -290,8 +290,8 @@ fn steps(roadmap: &Roadmap, member: &Member, far: &Far, [from, goal]: [Vertex; 2
     }
 }
 
-/// The layer that all fly in where nothing is in the way: that of more than half of all goals, or
-/// the middle one.
+/// The layer that all fly in where no step is blocked: that of more than half of all goals, or the
+/// middle one.
 fn layer(roadmap: &Roadmap, members: &[Member]) -> i32 {
     let lattice = roadmap.lattice();
     let goals = members.iter().filter_map(|member| member.goals.last());

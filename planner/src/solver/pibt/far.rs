@@ -1,7 +1,7 @@
 //! How many steps along the axes it is to a goal.
 //!
-//! Where nothing is in the way, all fly in one layer, that of most goals or the middle one: a drone
-//! is not exposed to the wake of another at its own height, and the fewer layers there are between
+//! Where no step is blocked, all fly in one layer, that of most goals or the middle one: a drone is
+//! not exposed to the wake of another at its own height, and the fewer layers there are between
 //! two, the less. `plan bench hall --drones 2000 --seeds 1` takes 206 steps this way, and 358 with
 //! a goal layer for each drone.
 
@@ -10,7 +10,7 @@ use crate::graph::roadmap::{Roadmap, Vertex};
 
 /// Steps from everywhere to one goal.
 pub(super) enum Far {
-    /// Nothing is in the way: by direction of one layer that all fly in.
+    /// No step is blocked: by direction of one layer that all fly in.
     Straight {
         /// Steps from the lattice's first place of the goal, or of the places next to it.
         goals: Vec<[i32; 3]>,
@@ -27,7 +27,7 @@ const UNREACHED: u16 = u16::MAX;
 
 impl Far {
     /// For a ball of this radius, past places next to the goal where that is beside the lattice;
-    /// `None` if the roadmap was not asked for it. Where nothing is in the way all fly in a layer.
+    /// `None` if the roadmap was not asked for it. Where no step is blocked all fly in a layer.
     pub(super) fn new(roadmap: &Roadmap, goal: Vertex, radius_m: f64, layer: i32) -> Option<Far> {
         let lattice = roadmap.lattice();
         let (goals, beside) = match roadmap.is_stop(goal) {

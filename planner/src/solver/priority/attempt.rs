@@ -155,11 +155,11 @@ pub(super) struct Attempt<'a> {
     pub(super) is_dear: bool,
     /// See [`Setting::detours`].
     pub(super) detours: bool,
-    /// After how many states in all it gives up.
+    /// States in all after which it gives up.
     pub(super) gives_up_at: Option<u64>,
-    /// If there is one, it gives up earlier where it can be seen that those states will not do.
+    /// With a pace, it gives up earlier where those states will not do.
     pub(super) pace: Option<Pace>,
-    /// Those that were yet to be planned when it gave up.
+    /// Drones still in the queue when it gave up.
     pub(super) waiting: VecDeque<DroneId>,
     /// See [`Setting::under_way`].
     pub(super) under_way: Vec<Tick>,
@@ -171,7 +171,7 @@ pub(super) struct Attempt<'a> {
     /// By drone, the legs of what it flies, before they are smoothed; those of the costmap where
     /// nothing is known here.
     pub(super) legs: Vec<Vec<Leg>>,
-    /// Drones that stay at their starts, in the order in which they were given up.
+    /// Unplanned drones, in the order in which they became so.
     pub(super) unplanned: Vec<(DroneId, FailureKind)>,
 }
 
@@ -564,7 +564,7 @@ impl<'a> Attempt<'a> {
         true
     }
 
-    /// Whether those that are left will not be planned with the states that are left.
+    /// Whether the states left will not do for the drones left.
     fn is_too_slow(&mut self) -> bool {
         let (Some(pace), Some(until)) = (&mut self.pace, self.gives_up_at) else {
             return false;
@@ -581,7 +581,7 @@ impl<'a> Attempt<'a> {
         MOST_FASTER * gained * ahead < self.paths.len() - planned - self.unplanned.len()
     }
 
-    /// The next drones of the queue, at most so many; the unreachable among them are given up.
+    /// The next drones of the queue, at most so many; unreachable ones are left unplanned.
     fn next_batch(&mut self, queue: &mut VecDeque<DroneId>, most: usize) -> Vec<DroneId> {
         let mut batch = Vec::new();
         while batch.len() < most {

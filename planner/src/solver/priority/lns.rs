@@ -71,7 +71,7 @@ impl Attempt<'_> {
         self.effort.improved_ticks = (is_asked || gained > 0).then_some(gained);
     }
 
-    /// Plans those again that leave their last task's place and come back: they wait elsewhere and
+    /// Plans drones again that leave their last task's place and come back: they wait elsewhere and
     /// come once, where that takes no longer.
     fn end_at_goals(&mut self) {
         let roadmap = self.setting().roadmap;
@@ -116,7 +116,7 @@ impl Attempt<'_> {
     }
 
     /// Plans every delayed drone again at a price (ticks), the most delayed first, until then;
-    /// whether that made the sum of costs less.
+    /// whether that lowered the sum of costs.
     fn improve(&mut self, price: u32, until_expansions: u64, in_vain: &mut InVain) -> bool {
         let delay = |agent: &Agent| {
             let path = self.paths[agent.drone.0 as usize].as_ref()?;
@@ -171,7 +171,7 @@ impl Attempt<'_> {
     }
 
     /// Whether a path in place of its drone's former one lowers the sum of costs, if all drones it
-    /// meets arrive as if they were alone.
+    /// meets keep to their lower bounds.
     fn may_gain(&self, before: &Before, path: &Path) -> bool {
         let delay = |drone: DroneId, path: &Path| {
             let alone_ticks = self.agents[drone.0 as usize].alone_ticks;
