@@ -46,7 +46,7 @@ pub enum Change {
         lies_m: Option<Point3<f64>>,
     },
     /// A drone of another planner flies this from now on, whatever is planned here: body and wake
-    /// are immovable. One that was planned here is the other's from now on.
+    /// are moving obstacles. One that was planned here is the other's from now on.
     Fixed(Box<DronePlan>),
     /// A drone drops what it still had to do, and does this.
     Retasked {

@@ -1,5 +1,6 @@
 //! A fleet planned around drones that are not its own: their trajectories are fixed, their bodies
-//! and wakes immovable. So several planners can own several areas, each told what the others fly.
+//! and wakes moving obstacles. So several planners can own several areas, each told what the others
+//! fly.
 //!
 //! ```
 //! use planner::plan::outcome::{Control, Outcome};

@@ -114,10 +114,9 @@ pub struct Replanned {
     /// stops as well.
     pub refused: Vec<Unplanned>,
     /// Violations that are not over: those that begin before the drones in them can change their
-    /// flight, as of a late drone already in conflict or within margins; those of a drone that has
-    /// no path and conflicts with others whether it stops or goes on; those with a drone that is
-    /// gone, if the other has no path out. None that a drone was sent into. They are in the plan,
-    /// too.
+    /// flight, as of a late drone already in another's way or margins; those of a drone that has no
+    /// path and conflicts with others whether it stops or goes on; those with a drone that is gone,
+    /// if the other has no path out. None that a drone was sent into. They are in the plan, too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
@@ -636,7 +635,7 @@ struct Released {
     is_sent: bool,
     /// It stops, and is gone.
     is_gone: bool,
-    /// It has no path, and conflicts with others if it stops or goes on.
+    /// It has no path, and conflicts with others whether it stops or goes on.
     is_lost: bool,
 }
 
@@ -815,7 +814,7 @@ impl Turn<'_> {
         self.fix(None, &wreck, Cause::Wreck);
     }
 
-    /// Takes what is flown here, whatever is planned; it is immovable.
+    /// Takes what is flown here, whatever is planned; it cannot be evicted.
     fn fix(&mut self, index: Option<usize>, entry: &DronePlan, cause: Cause) {
         let running = &mut *self.running;
         // It is held against the world's rules before.

@@ -251,7 +251,7 @@ fn objections(
         if free.contains(leg) {
             continue;
         }
-        // This path evicts a drone it meets, the next may not.
+        // A drone met is evicted by this path, not by the next.
         let mut meets_any = false;
         let mut is_known = |it: &Blocker| {
             let is_known = is_met(it, leg.start) || agent.forgives(it, leg.start);

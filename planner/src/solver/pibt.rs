@@ -30,8 +30,8 @@ mod round;
 use configuration::{AgentState, Configuration};
 use round::{PastRound, Round};
 
-/// The rounds may end with one drone in so many away from its goal: chosen here. The last few
-/// displace one another from their goals in turn, and are sooner planned one after another.
+/// Share of drones that may be away from their goals in the end: chosen here, a fiftieth. The last
+/// few displace one another from there in turn, and are sooner planned one after another.
 const LAST_SHARE: usize = 50;
 /// Rounds without a new minimum of the steps left: chosen here, longer than a queue takes to
 /// dissolve.

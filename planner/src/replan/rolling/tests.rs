@@ -855,8 +855,8 @@ fn where_a_drone_cannot_lie_a_height_is_named_at_which_it_can_or_none() {
     }
 }
 
-/// A day in the life of a few drones: each is told another task once it has done the last, some
-/// leave and others come.
+/// A long run of a few drones: each gets another task once it has done the last, some leave and
+/// others come.
 fn lives(text: &str, forgets: bool) -> Running {
     let world = read_world(text).expect("in order");
     let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");

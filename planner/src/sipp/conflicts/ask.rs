@@ -282,7 +282,7 @@ fn blocker(drone: DroneId, [began, clear]: [Tick; 2], flown: [Tick; 2]) -> Block
 struct Loads {
     /// What is flown is in other parts than the steps.
     is_smooth: bool,
-    /// Loads on the stepping drone.
+    /// Loads on the stepping drone, and when.
     on_me: Vec<Incoming>,
     sum: u32,
     is_too_much_for_others: bool,

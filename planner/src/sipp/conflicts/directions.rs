@@ -2,7 +2,7 @@
 
 /// Number of directions, standing still included.
 pub(super) const DIRECTIONS: usize = 27;
-/// The direction of no motion.
+/// The direction of standing still.
 pub(super) const STILL: usize = 13;
 
 /// Cells of a direction along x, y and z.

@@ -23,8 +23,8 @@ const LEAST_PRICE: f64 = 0.0625;
 /// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most
 /// that one wake may fill.
 const LEAST_LOAD: f64 = 0.05;
-/// The same where all drones step at once, and nothing is looked for again: chosen here, three
-/// parts of [`LOADS`].
+/// The same in PIBT rounds, where nothing is looked for again: chosen here, three parts of
+/// [`LOADS`].
 const LEAST_SYNCHRONOUS: f64 = 0.012;
 /// Azimuths at which a wake is asked for that is not round: chosen here.
 const AZIMUTHS: u32 = 8;

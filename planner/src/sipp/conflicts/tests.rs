@@ -149,7 +149,7 @@ fn past_one_another(late: bool) -> Past {
     past
 }
 
-/// A blocker of a step is none when its departures are said to be clear.
+/// No drone blocks a step once its departures are said to be clear.
 #[test]
 fn a_step_is_free_when_it_departs_after_all_are_clear() {
     for late in [false, true] {

@@ -40,13 +40,13 @@ pub(crate) enum Found {
 /// What blocks a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Obstruction {
-    /// What it is.
+    /// Drone or zone.
     pub(crate) by: Obstructor,
     /// Where the drone could get to, or where it meets the other as it lands (m).
     pub(crate) at_m: Point3<f64>,
     /// It obstructed the landing.
     pub(crate) lands: bool,
-    /// When it would go on.
+    /// When it would have gone on.
     pub(crate) at: Tick,
     /// Ticks that were left to fly.
     pub(super) remaining: u32,

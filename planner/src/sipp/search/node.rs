@@ -71,7 +71,7 @@ pub(super) enum Haste {
 pub(super) struct Nodes<'a> {
     /// What is searched among.
     setting: Setting<'a>,
-    /// The agent.
+    /// The searching drone.
     agent: &'a Agent,
     /// Of these the reservation table is not asked.
     refuted: Rc<Refuted>,
@@ -84,7 +84,7 @@ pub(super) struct Nodes<'a> {
     /// By waypoint and column, one more than where its last visit is in `last`, where wakes fill
     /// their columns: where a drone is in one hardly matters to others, nor they to it, so that
     /// safe intervals are those of the column, and a state farther from the end that comes no
-    /// earlier is no news. Empty where they do not.
+    /// earlier is dominated. Empty where they do not.
     columns: ScratchBuffer,
     /// By index; `flying` and `standing` lead here.
     all: Vec<Node>,
@@ -243,7 +243,7 @@ impl<'a> Nodes<'a> {
         std::iter::successors(last, |visit| self.visits.get(visit.before as usize))
     }
 
-    /// Whether a state is known to be no news.
+    /// Whether a state is known to be dominated.
     pub(super) fn is_covered(&self, node: usize, label: &Label) -> bool {
         let remaining = self.all[node].remaining;
         let mut visits = (self.visits(node))
@@ -251,7 +251,7 @@ impl<'a> Nodes<'a> {
             .filter(|visit| self.may_do_as(visit, label));
         match label.step {
             Step::Later | Step::End => false,
-            // A wait is news though its place is free: a drone will have passed elsewhere.
+            // A wait is not dominated though its place is free: a drone will have passed elsewhere.
             Step::Wait => visits.any(|it| it.vertex == label.vertex && it.from == label.at),
             _ => visits.any(|visit| {
                 visit.from == label.at

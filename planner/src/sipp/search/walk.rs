@@ -70,7 +70,7 @@ enum Brief {
 pub(super) struct Search<'a> {
     /// What is searched among.
     setting: Setting<'a>,
-    /// The agent.
+    /// The searching drone.
     agent: &'a Agent,
     /// Steps that the reservation table takes for free and are not.
     refuted: Rc<Refuted>,

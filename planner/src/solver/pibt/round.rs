@@ -71,11 +71,11 @@ pub(super) struct Round<'a> {
     directions: Vec<u8>,
     /// By drone: its step stands, unless a displacement fails.
     decided: Vec<bool>,
-    /// Failed displacements.
+    /// By drone: it was displaced in vain.
     stuck: Vec<bool>,
     /// By drone, what wakes fill of its budget; see [`MOST_LOADS`].
     loads: Vec<i32>,
-    /// Drones with a changed step, and that before.
+    /// Drones with a changed step, and the step before.
     trail: Vec<(u32, u8)>,
     /// Steps that may still be tried for the drone whose turn it is.
     tries: u32,
@@ -152,7 +152,7 @@ impl<'a> Round<'a> {
         done
     }
 
-    /// Whether a drone finds a step for which it can displace all others.
+    /// Whether a drone finds a step for which all that it displaces find one.
     fn decide(&mut self, drone: usize) -> bool {
         for direction in self.options(drone).into_iter().flatten() {
             if self.tries == 0 {

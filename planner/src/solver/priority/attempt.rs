@@ -81,7 +81,7 @@ pub(crate) enum FailureKind {
     /// What it would land on, or what is beside it, leaves too little room: how much is missing
     /// (m).
     Landing(f64),
-    /// Others are in the way.
+    /// Other drones obstruct it.
     Obstructed(Option<Obstruction>),
     /// Its wake is too strong for a zone whichever path it flies.
     Zone(Obstruction),

@@ -171,7 +171,7 @@ impl Attempt<'_> {
     }
 
     /// Whether a path in place of its drone's former one lowers the sum of costs, if all drones it
-    /// meets keep to their lower bounds.
+    /// meets arrive at their lower bounds.
     fn may_gain(&self, before: &Before, path: &Path) -> bool {
         let delay = |drone: DroneId, path: &Path| {
             let alone_ticks = self.agents[drone.0 as usize].alone_ticks;
