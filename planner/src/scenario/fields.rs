@@ -1,6 +1,6 @@
 //! Fields of a record and the plain values in them, each checked where it stands.
 //!
-//! Nothing here stops at an error: it is noted with its place, and the caller gets `None`.
+//! No error stops the reading: it is noted with its place, and the caller gets `None`.
 
 use std::ops::Range;
 
@@ -41,7 +41,7 @@ pub(super) struct Field<'r, 't> {
     /// As typed.
     pub(super) value: Value<'t>,
     pub(super) key: &'static str,
-    /// Whose: "drone `k1`".
+    /// Owner: "drone `k1`".
     pub(super) who: &'r str,
 }
 

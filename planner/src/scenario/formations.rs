@@ -1,13 +1,13 @@
-//! Goals that any drone of a group may take: read, held against the bounds and the spacing, and
-//! given to drones, of which they are ordinary tasks from then on.
+//! Goals that any drone of a group may take: read, checked against the bounds and the spacing, and
+//! assigned to drones, as ordinary tasks from then on.
 //!
-//! Who goes where is an assignment of least cost (H. W. Kuhn, "The Hungarian method for the
-//! assignment problem", Naval Research Logistics Quarterly 2, 1955). What a drone costs at a place
-//! is the time of its straight flight there and, in a fleet of several airframes, the power that
-//! its wake costs at the other places and theirs costs it, while all stay. Those are not known
-//! before: their mean stands for each. Of one airframe the price of every assignment is the same.
-//! Where a drone cannot be, for solids, zones or the place beside it, it goes only where there is
-//! no other way.
+//! Which drone takes which place is an assignment of least cost (H. W. Kuhn, "The Hungarian method
+//! for the assignment problem", Naval Research Logistics Quarterly 2, 1955). A drone's cost at a
+//! place is the time of its straight flight there and, in a fleet of several airframes, the power
+//! that its wake costs the other places and theirs costs it, while all stay. The others are not
+//! known before: their mean stands for each. With one airframe this power is the same in every
+//! assignment. A drone takes a place barred by solids, zones or the next place only if no
+//! assignment avoids it.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -35,12 +35,12 @@ use super::world::{AtEnd, PathMotion, Vehicle, World};
 use super::written::{At, Bounds, Drone, Formation, Place, Round, Task, Written};
 use crate::plan::trajectory::SAME_PLACE_M;
 
-/// Most drones of one formation: chosen here, the assignment takes the cube of their number.
+/// Most drones of one formation: chosen here; the assignment takes the cube of their number.
 const MOST_ASSIGNED: usize = 1000;
-/// Being late in smooth motion costs so much (ms): chosen here, more than all flights of a
-/// formation together.
+/// Cost of being late in smooth motion (ms): chosen here, more than all flights of a formation
+/// together.
 const LATE_MS: i64 = 1_000_000_000_000;
-/// What cannot be costs so much (ms): chosen here, as much as if all were late.
+/// Cost of what cannot be (ms): chosen here, as much as if all were late.
 pub(super) const NEVER_MS: i64 = LATE_MS * MOST_ASSIGNED as i64;
 /// The golden angle (rad), by which places of a sphere turn from one to the next: Á. González,
 /// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
@@ -132,8 +132,8 @@ fn round<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<Round>>
 }
 
 /// The scenario with the goals of its formations among the tasks of its drones, and what is wrong
-/// with the formations; those without a place for each drone are left out. Between them as
-/// [`World::formations`]. `place`: its world before there are drones.
+/// with the formations; formations without a place for each drone are left out. Between them the
+/// tasks, as [`World::formations`]. `place`: the world without drones.
 pub(super) fn assigned<'w>(
     written: &'w Written,
     place: &World,
@@ -170,18 +170,18 @@ pub(super) fn assigned<'w>(
 /// The tasks of each formation, as [`World::formations`].
 type TasksOf = Vec<Vec<(String, usize)>>;
 
-/// A drone as far as formations know it.
+/// The part of a drone that formations need.
 struct Member {
-    /// What flies; `None` where its airframe is not in order, which is told elsewhere.
+    /// The vehicle; `None` where its airframe is not in order, which is reported elsewhere.
     vehicle: Option<Vehicle>,
-    /// Where it is when it is done (m).
+    /// Where it is after its tasks (m).
     at_m: Point3<f64>,
     /// When that is, at the earliest (s): flying straight, and in the motion that is asked for.
     ready_s: [f64; 2],
 }
 
 impl Member {
-    /// Once its own tasks are done.
+    /// After its own tasks.
     fn of(drone: &Drone, written: &Written) -> Member {
         let mut member = Member {
             vehicle: written.vehicle(&drone.airframe.value).and_then(Result::ok),
@@ -194,7 +194,7 @@ impl Member {
         member
     }
 
-    /// When it is at a place at the earliest (s), as [`Member::ready_s`].
+    /// When the drone is at a place at the earliest (s), as [`Member::ready_s`].
     fn there_s(&self, to_m: &Point3<f64>, motion: Option<PathMotion>) -> [f64; 2] {
         let moves = (to_m - self.at_m).norm() > SAME_PLACE_M;
         let is_smooth = moves && motion.unwrap_or_default() == PathMotion::Smooth;
@@ -205,7 +205,7 @@ impl Member {
         [straight_s, smooth_s + turns_s]
     }
 
-    /// The least time of a flight from where it is (s).
+    /// The least time of a flight from the drone's place (s).
     fn flight_s(&self, to_m: &Point3<f64>) -> f64 {
         let Some(vehicle) = &self.vehicle else {
             return 0.0;
@@ -218,7 +218,7 @@ impl Member {
             .max(sink_s)
     }
 
-    /// Goes to a task, and does it.
+    /// Flies to a task, and does it.
     fn goes(&mut self, task: &Task, motion: Option<PathMotion>) {
         let until_s = task.during_s.as_ref().map_or(0.0, |it| it.value[1]);
         let there_s = self.there_s(&task.to_m.value, motion);
@@ -227,35 +227,35 @@ impl Member {
     }
 }
 
-/// What is alike of drones at a place.
+/// What drones at a place have in common.
 #[derive(PartialEq)]
 struct Hovering<'a> {
-    /// What flies.
+    /// The vehicle.
     vehicle: &'a Vehicle,
     /// With its load (kg).
     mass_kg: f64,
-    /// It lands from there.
+    /// The drone lands from there.
     lands: bool,
-    /// Of the smallest body of the group's others (m).
+    /// Smallest body radius of the group's others (m).
     beside_m: f64,
 }
 
-/// Formations given to drones so far.
+/// Formations assigned to drones so far.
 struct Assignment<'p> {
-    /// Where it is, without drones.
+    /// The world, without drones.
     place: &'p World,
     /// In the scenario's order.
     members: Vec<Member>,
-    /// With the tasks of formations.
+    /// With the formations' tasks.
     with_tasks: Written,
-    /// Which those are.
+    /// These tasks.
     tasks: TasksOf,
     /// What is wrong with formations.
     problems: Vec<Problem>,
 }
 
 impl Assignment<'_> {
-    /// Gives the places of a formation that messages call `who`, and that these come after.
+    /// Assigns the places of a formation, `who` in messages, before the `later` ones.
     fn add(&mut self, formation: &Formation, later: &[Formation], who: &str) {
         let before = self.problems.len();
         let group = self.group(formation, who);
@@ -270,7 +270,7 @@ impl Assignment<'_> {
         let places = self.places(formation, &group, &layers);
         if places.len() != group.len() {
             let at = formation.to_m.as_ref().map_or(&formation.at, |it| &it.at);
-            // Names that are not known have been told.
+            // Unknown names have been reported.
             if self.problems.len() == before {
                 let (places, drones) = (places.len(), group.len());
                 let counted = |many: usize, of: &str| match many {
@@ -286,7 +286,7 @@ impl Assignment<'_> {
         }
         self.are_inside(&places, who);
         self.are_apart(formation, &group, &places, who);
-        // Places that are wrong are given away in their order, so that all of them are held
+        // Places that are wrong are assigned in their order, so that all of them are checked
         // against obstacles.
         let is_sound = self.problems.len() == before;
         let taken = match formation.home_m {
@@ -398,7 +398,7 @@ impl Assignment<'_> {
         takes_s
     }
 
-    /// Whether a drone lands after a formation that these come after.
+    /// Whether a drone lands from this formation: in none of `later`.
     fn lands_from_here(&self, drone: usize, later: &[Formation]) -> bool {
         let drone = &self.with_tasks.drones[drone];
         let is_in = |formation: &Formation| {
@@ -408,9 +408,9 @@ impl Assignment<'_> {
         drone.at_end == AtEnd::Land && !later.iter().any(is_in)
     }
 
-    /// The layer of each drone of a group over its start, from the lowest on: those too near to
-    /// fly beside one another are in different ones (D. Brélaz, "New methods to color the vertices
-    /// of a graph", Communications of the ACM 22, 1979), and more drones fly lower.
+    /// The layer of each drone of a group over its start, from the lowest on: drones too near to
+    /// fly beside one another are in different layers (D. Brélaz, "New methods to color the
+    /// vertices of a graph", Communications of the ACM 22, 1979); lower ones hold more drones.
     fn layers(&self, formation: &Formation, group: &[usize]) -> Vec<usize> {
         let count = group.len();
         if formation.layer_m.is_none() {
@@ -439,7 +439,7 @@ impl Assignment<'_> {
         layers.collect()
     }
 
-    /// How far apart the centres of two drones that fly are (m); `None` where an airframe is not
+    /// How far apart the centres of two flying drones must be (m); `None` where an airframe is not
     /// in order.
     fn apart_m(&self, pair: [usize; 2]) -> Option<f64> {
         let [a, b] = pair.map(|drone| self.members[drone].vehicle.as_ref());
@@ -447,7 +447,7 @@ impl Assignment<'_> {
         Some(a?.body_radius_m + b?.body_radius_m + gap_m)
     }
 
-    /// Notes places out of bounds: each that is listed, those of a shape together.
+    /// Reports places out of bounds: each that is listed, those of a shape together.
     fn are_inside(&mut self, places: &[Place], who: &str) {
         let Bounds { min, max } = &self.with_tasks.bounds_m;
         let is_outside = |place: &&Place| {
@@ -468,14 +468,14 @@ impl Assignment<'_> {
         }
     }
 
-    /// Notes places beside which no two bodies of the group fit: each that is listed, the nearest
+    /// Reports places too close for any two bodies of the group: each that is listed, the nearest
     /// two of a shape; of `home_m` where drones are to be there together.
     fn are_apart(&mut self, formation: &Formation, group: &[usize], places: &[Place], who: &str) {
         let is_together = formation.during_s.is_some() || formation.layer_m.is_some();
         if formation.home_m.is_some() && !is_together {
             return;
         }
-        // Who takes which place is not known: each could be of the smallest drone.
+        // The assignment is not known yet: the smallest drone could take each place.
         let needs_m = group.iter().filter_map(|&drone| self.apart_m([drone; 2]));
         let needs_m = needs_m.fold(f64::INFINITY, f64::min);
         let mut near: Vec<(&Range<usize>, f64)> = Vec::new();
@@ -539,8 +539,8 @@ impl Assignment<'_> {
     }
 
     /// Where each drone of a group cannot be, of these places, before later formations: too near to
-    /// a solid, above a zone whose limit its own wake breaks, or nearer to another place than even
-    /// the smallest of the others bears. Empty where an airframe is not in order.
+    /// a solid, above a zone whose limit its own wake breaks, or nearer to another place than the
+    /// smallest other drone allows. Empty where an airframe is not in order.
     fn is_barred(&self, group: &[usize], places: &[Place], later: &[Formation]) -> Vec<Vec<bool>> {
         let body_m = |drone: usize| Some(self.members[drone].vehicle.as_ref()?.body_radius_m);
         let bodies_m: Option<Vec<f64>> = group.iter().map(|&drone| body_m(drone)).collect();
@@ -612,7 +612,7 @@ impl Assignment<'_> {
         kind_of.iter().map(|kind| barred[*kind].clone()).collect()
     }
 
-    /// The air as the whole fleet flies it.
+    /// The flow model as the fleet flies it.
     fn flown(&self) -> Flown {
         let vehicles = self.members.iter().filter_map(|it| it.vehicle.as_ref());
         let accelerations = vehicles.map(|it| it.max_acceleration_mps2);
@@ -620,8 +620,8 @@ impl Assignment<'_> {
         flown.accelerating(accelerations.fold(0.0, f64::max))
     }
 
-    /// What downwash costs where each drone of a group could be (s); empty where it is the same
-    /// for every assignment.
+    /// What downwash costs where each drone of a group could be (s); empty where it is the same for
+    /// every assignment.
     fn prices_s(&self, formation: &Formation, group: &[usize], places: &[Place]) -> Vec<Vec<f64>> {
         let vehicles = group
             .iter()
@@ -676,7 +676,7 @@ impl Assignment<'_> {
                     price += share * (extra(kind, mean, offset_m) + extra(mean, kind, -offset_m));
                 }
             }
-            // Both of a pair count it.
+            // Both drones of a pair count it.
             0.5 * price * weight_s
         };
         let of_kind = |kind| -> Vec<f64> {
@@ -688,7 +688,7 @@ impl Assignment<'_> {
         kind_of.iter().map(|kind| by_kind[*kind].clone()).collect()
     }
 
-    /// Notes a time by which some drones cannot be where they are to be, flying straight.
+    /// Reports a time by which some drones cannot be at their places, flying straight.
     fn are_in_time(
         &mut self,
         formation: &Formation,
@@ -721,7 +721,7 @@ impl Assignment<'_> {
     }
 }
 
-/// The place of each drone, by what each costs at each (rows are drones), so that the sum is least.
+/// The place of each drone, by its cost at each place (rows are drones), so that the sum is least.
 pub(super) fn least_cost(costs: &[Vec<i64>]) -> Vec<usize> {
     // Rows are as long as there are rows.
     match Matrix::from_rows(costs.iter().cloned()) {

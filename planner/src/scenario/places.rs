@@ -1,4 +1,4 @@
-//! Reading of whatever takes up space: bounds, obstacles, zones.
+//! Reading of what takes up space: bounds, obstacles, zones.
 
 use super::fields::{Field, Reader, Record, listed, within};
 use super::limits::{SIZE_M, ZONE_AIR_LIMIT_MPS};
@@ -16,7 +16,7 @@ pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Optio
     (box_has_volume(reader, "`bounds_m`", &min, &max) && sound).then_some(Bounds { min, max })
 }
 
-/// Whether `min` lies below `max` on every axis, by a size worth the name.
+/// Whether `min` lies below `max` on every axis, by a size in range.
 fn box_has_volume(reader: &mut Reader<'_>, who: &str, min: &Place, max: &Place) -> bool {
     let flat: Vec<String> = ["x", "y", "z"]
         .into_iter()
@@ -79,7 +79,7 @@ pub(super) fn obstacle<'t>(
 
 /// Whether the keys of an obstacle make exactly one of the three shapes, and all of it.
 fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
-    /// Each shape with the keys that it needs, and those that it may have.
+    /// Each shape with the keys that it needs, and its optional keys.
     const SHAPES: [(&str, &[&str], &[&str]); 3] = [
         ("box", &["min_m", "max_m"], &[]),
         ("cylinder", &["base_m", "radius_m", "height_m"], &[]),

@@ -1,10 +1,10 @@
 //! A plan that changes while it is flown, verified again: a drone is judged anew where it, or one
 //! that may touch it or reach it with its air, has changed, comes near or has gone.
 //!
-//! What is found of a drone depends on its own flight, on the flights near it ([`encounters_of`])
-//! and on what is the same for the whole plan. After the last time all rest: more rest after it
-//! changes nothing. Another flight matters up to the end of the last encounter with it, advected
-//! air included; from when on it is another is told by the last break point that both have.
+//! The judgement of a drone depends on its own flight, on the flights near it ([`encounters_of`])
+//! and on what the whole plan shares. After the last time all rest: a longer rest changes nothing.
+//! Another flight matters up to the end of the last encounter with it, advected air included; since
+//! when it differs follows from the last break point that both have.
 
 use std::sync::Arc;
 
@@ -17,24 +17,24 @@ use super::time::encounters::{Encounter, encounters_of};
 use super::time::spans::join;
 use crate::plan::{DronePlan, Plan, TrajectoryEntry, Violation};
 
-/// What was found of every drone of a plan whose places, air and margins stay as they are. Copies
+/// The judgement of every drone of a plan whose places, air and margins stay as they are. Copies
 /// share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Judgements {
     of_drones: FxHashMap<String, Arc<Kept>>,
 }
 
-/// What was found of one drone, and what that depends on.
+/// The judgement of one drone, and what it depends on.
 #[derive(Debug)]
 struct Kept {
     judgement: Arc<Judgement>,
-    /// What was judged.
+    /// The judged flight.
     flown: FlownEntry,
-    /// Those near it, by name, and until when (s).
+    /// The flights near it, by name, and until when (s).
     near: Vec<(String, f64)>,
 }
 
-/// What a drone flies, as far as others and limits are concerned.
+/// What a drone flies, as far as other drones and limits depend on it.
 #[derive(Clone, Debug, PartialEq)]
 struct FlownEntry {
     entry: DronePlan,
@@ -46,7 +46,7 @@ impl FlownEntry {
     fn of(plan: &Plan, index: usize) -> FlownEntry {
         let drone = &plan.drones[index];
         let is_unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
-        // Results are none of it.
+        // Results are not part of it.
         let entry = DronePlan {
             arrives_s: 0.0,
             alone_s: 0.0,
@@ -67,7 +67,7 @@ impl FlownEntry {
         }
     }
 
-    /// Since when another is not the same (s); infinite if it is.
+    /// When the other begins to differ (s); infinite if never.
     fn differs_s(&self, other: &FlownEntry) -> f64 {
         if self == other {
             return f64::INFINITY;
@@ -92,7 +92,7 @@ impl FlownEntry {
         };
         let shorter = one.t_s.len().min(two.t_s.len());
         let same = (0..shorter).take_while(is_same).count();
-        // What begins at the last place that both have may differ already.
+        // The piece that begins at the last common point may differ already.
         let Some(last) = same.checked_sub(1) else {
             return f64::NEG_INFINITY;
         };
@@ -106,13 +106,13 @@ impl FlownEntry {
     }
 }
 
-/// What is still true of a flight.
+/// What still holds of a flight.
 pub(super) enum Still {
-    /// All that was found of it.
+    /// The whole judgement.
     True(Arc<Judgement>),
-    /// What it broke before all of these spans, and that it breaks nothing else outside of them, in
-    /// order of time (s); where it is `another` in the last of them, what it breaks by itself is
-    /// not known at all.
+    /// Its violations, all before these spans (s, in order of time); it breaks nothing else outside
+    /// of them. With `another` the flight itself differs in the last span: what it breaks by itself
+    /// is unknown.
     During {
         before: Arc<Judgement>,
         spans_s: Vec<Span>,
@@ -122,21 +122,21 @@ pub(super) enum Still {
     Unknown,
 }
 
-/// What is still true of the flights of a plan, and what the others meet.
+/// What still holds of the flights of a plan, and the encounters of the others.
 pub(super) struct Known {
     /// By flight.
     pub(super) still: Vec<Still>,
-    /// Near each flight that is to be judged.
+    /// Encounters of each flight to judge.
     pub(super) near: Vec<Vec<Encounter>>,
 }
 
 impl Judgements {
-    /// What is still true of a plan that was read, where both clocks of a pair may differ by up to
+    /// What still holds of a plan that was read, where both clocks of a pair may differ by up to
     /// `apart_s` (s).
     pub(super) fn still_true(&self, plan: &Plan, scene: &Scene<'_>, apart_s: f64) -> Known {
         let flights = &scene.flights;
         let known = |k: usize| self.of_drones.get(&flights[k].name);
-        // Since when each is not what it was (s).
+        // From when on each flight differs (s).
         let differs_s = |k: usize| match known(k) {
             Some(known) => known
                 .flown
@@ -153,8 +153,8 @@ impl Judgements {
                 return Still::Unknown;
             };
             let another = differs_s[k] < f64::INFINITY;
-            // A clock may be ahead. Encounters that another flight has anew end after it differs:
-            // those kept stay all there are.
+            // A clock may be ahead. New encounters of a changed flight end after the change: the
+            // kept ones stay complete.
             let is_over = |differs_s: f64, until_s: f64| until_s + apart_s < differs_s;
             let before = known.near.iter();
             let before = before.map(|(other, until_s)| (of_other_s(other), *until_s));
@@ -169,8 +169,8 @@ impl Judgements {
             if was_s == f64::INFINITY && spans_s.is_empty() && !another {
                 return Still::True(Arc::clone(&known.judgement));
             }
-            // What is over before anything differs stays; of the rest less air and fewer bodies
-            // break nothing.
+            // What ended before the first change stays; after it, less air and fewer bodies break
+            // nothing.
             let since_s = was_s.min(differs_s[k]) - apart_s;
             let since_s = spans_s.iter().map(|it| it.0).fold(since_s, f64::min);
             let mut broken = known.judgement.found.iter();
@@ -196,7 +196,7 @@ impl Judgements {
         Known { still, near }
     }
 
-    /// Keeps what was found of the flights of a plan for the next time.
+    /// Keeps the judgements of the flights of a plan for the next time.
     pub(super) fn keep(
         &mut self,
         plan: &Plan,

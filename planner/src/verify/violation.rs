@@ -8,12 +8,12 @@ use super::extents::Span;
 use super::scene::{Flight, Scene};
 use crate::plan::{Violation, ViolationKind};
 
-/// A violation with the index of its drone, for the order of the report.
+/// A violation with the index of its drone, by which the report is ordered.
 pub(super) type Found = (usize, Violation);
 
 /// The worst moment of a violation.
 pub(crate) struct Worst {
-    /// With whom or what.
+    /// The other party.
     pub(crate) with: Option<String>,
     /// Where the drone is (m).
     pub(crate) position_m: Point3<f64>,
@@ -107,7 +107,7 @@ impl fmt::Display for Violation {
         let (value, limit) = (self.value, self.limit);
         let inside = -value;
         let there = format!("{when}, at {at}");
-        // A zone's air is where the zone is; the place is that of the drone.
+        // A zone's air is measured in the zone; the place is the drone's.
         let while_there = format!("{when}, with {who} at {at}");
         let shifted = match self.shift_s {
             Some(shift_s) if shift_s >= 0.005 => {
