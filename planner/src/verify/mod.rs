@@ -32,9 +32,9 @@
 //! A drone that keeps hovering at its end is judged up to the last time of the whole plan and at
 //! rest after it; its axial exposure and energy count to its own last time ([`DroneExposure`]).
 //!
-//! What is broken without margins is told without; a margin is told where it alone breaks.
-//! [`examination`] is the verifier for plans from anywhere: it recomputes what a file claims, and
-//! says how much room a plan leaves.
+//! What is broken without margins is reported without; a margin violation is reported where it
+//! alone breaks. [`examination`] verifies plans from anywhere: it recomputes what a file claims,
+//! and says how much room a plan leaves.
 //!
 //! `scene` is the plan as the checks see it; `checks` holds one file for each of them, `bounds`
 //! what bounds a wake over ranges of places, `time` what happens over spans of time.
@@ -81,10 +81,10 @@ pub struct Report {
     /// By time, then kind, then drone; of a drone that collides with very many others, or is in
     /// very many columns, the worst.
     pub violations: Vec<Violation>,
-    /// How many more there are of such drones.
+    /// How many more violations such drones have.
     pub untold: usize,
     /// How many drones touch so many others at one moment that only a few of these pairs were
-    /// judged, and nothing else of them beside what each does by itself; no zone is judged then.
+    /// judged, and otherwise only what each does by itself; no zone is judged then.
     pub crowded: usize,
     /// For each drone of the plan, in its order; zeros for one whose trajectory cannot be read.
     pub exposures: Vec<DroneExposure>,
@@ -93,7 +93,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The answer in one word, where these drones stay behind.
+    /// The answer in one word, where these drones are unplanned.
     fn status(&self, unplanned: &[Unplanned]) -> Status {
         match (self.violations.is_empty(), unplanned.is_empty()) {
             (false, _) => Status::Unsafe,
@@ -103,19 +103,19 @@ impl Report {
     }
 }
 
-/// Violations of one kind by one drone with others that are told, and others that a drone touches
-/// at once before most of these pairs are no longer judged: chosen here, no way out of such a crowd
-/// is by one drone.
+/// Violations of one kind by one drone with others that are reported, and others that a drone
+/// touches at once before most of these pairs are no longer judged: chosen here, no single drone
+/// can resolve such a crowd.
 pub const CROWD: usize = 64;
 
-/// What a violation is one of: of a rule without margins and one with them the same.
+/// What a violation is of: the same for a rule with and without margins.
 fn what(it: &Violation) -> (ViolationKind, Option<&str>) {
     let kind = it.kind.without_margin();
     let with = it.with.as_deref();
     (kind, with.filter(|_| kind != ViolationKind::Air))
 }
 
-/// Leaves of a drone's violations with others the worst of each kind, and says how many it left
+/// Keeps of a drone's violations with others the worst of each kind, and returns how many it left
 /// out.
 fn thin_out(found: &mut Vec<Found>) -> usize {
     let mut untold = 0;
@@ -137,7 +137,7 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
         let nearer = found
             .iter()
             .filter(|(_, it)| it.kind == kind && it.value < last);
-        // Of those that are as near the first.
+        // Of equally near ones the first.
         let mut more = CROWD - nearer.count();
         found.retain(|(_, it)| {
             let is_as_near = it.kind == kind && it.value >= last;
@@ -149,7 +149,7 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
     untold
 }
 
-/// What contradicts itself in a plan; nothing else is judged.
+/// The contradictions within a plan; nothing else is judged.
 pub fn contradictions(plan: &Plan) -> Vec<Violation> {
     contents::read(plan)
         .1
@@ -163,7 +163,7 @@ pub fn verify(plan: &Plan) -> Report {
     anew(plan, Asked::Spans)
 }
 
-/// Judges a plan of which nothing is known yet.
+/// Judges a plan without earlier judgements.
 fn anew(plan: &Plan, of_zones: Asked) -> Report {
     let (mut scene, malformed) = contents::read(plan);
     let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
@@ -171,16 +171,15 @@ fn anew(plan: &Plan, of_zones: Asked) -> Report {
     report(plan, scene.as_ref(), found, (of_zones, None))
 }
 
-/// The same of a plan of which only drones have changed since it was judged last, without what air
-/// they meet: what is still true of a drone is taken over. What was found is kept for the next
-/// time.
+/// Judges a plan of which only drones have changed since the last time, without exposures: what
+/// still holds of a drone is taken over. The judgements are kept for the next time.
 pub(crate) fn verify_again(plan: &Plan, known: &mut Judgements) -> Report {
     let (scene, malformed) = contents::read(plan);
     let found = (malformed, Crowds::default());
     report(plan, scene.as_ref(), found, (Asked::Spans, Some(known)))
 }
 
-/// What air each drone of a plan meets, in its order.
+/// The exposure of each drone of a plan, in its order.
 pub(crate) fn exposures(plan: &Plan) -> Vec<DroneExposure> {
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     let (Some(scene), _) = contents::read(plan) else {
@@ -196,13 +195,13 @@ pub(crate) fn exposures(plan: &Plan) -> Vec<DroneExposure> {
     exposures
 }
 
-/// The same without the highest air of zones: of their limits it is only told whether they are
-/// kept, as far as that is soon known.
+/// As [`verify`], without the highest air of zones: only whether their limits are kept, as far as
+/// that is soon known.
 pub(crate) fn verify_drones(plan: &Plan) -> Report {
     anew(plan, Asked::IsKept)
 }
 
-/// What was found of one flight.
+/// The judgement of one flight.
 #[derive(Clone, Debug)]
 struct Judgement {
     found: Vec<Violation>,
@@ -210,7 +209,7 @@ struct Judgement {
     untold: usize,
 }
 
-/// Judges one flight among those near it, and tells what air it meets where that is asked for.
+/// Judges one flight among those near it, and its exposure where that is asked for.
 fn judgement(
     scene: &Scene<'_>,
     near: &[Encounter],
@@ -221,7 +220,7 @@ fn judgement(
     among(scene, (near, k), found, met)
 }
 
-/// What a flight breaks that needs no other.
+/// What a flight breaks by itself.
 fn by_itself(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = limits::check(scene, flight);
     found.extend(smooth::check(scene, flight));
@@ -229,13 +228,13 @@ fn by_itself(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     found
 }
 
-/// Whether a flight breaks something that needs no other.
+/// Whether a flight breaks something by itself.
 fn breaks_alone(scene: &Scene<'_>, k: usize) -> bool {
     !by_itself(scene, &scene.flights[k]).is_empty()
 }
 
-/// Whether a flight breaks nothing among others during these spans; outside of them it is what it
-/// was, as are those near it.
+/// Whether a flight breaks nothing among others during these spans; outside of them it and those
+/// near it are unchanged.
 fn breaks_nothing_during(
     scene: &Scene<'_>,
     near: &[Encounter],
@@ -277,14 +276,14 @@ fn among(
     });
     let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
     let shifted = match found.iter().filter(collides).count() > CROWD {
-        // What its margins break beside that is no news.
+        // Its margin violations add nothing then.
         true => Vec::new(),
         false => shifted_pairs::check(scene, near, k),
     };
     let shifted = shifted
         .into_iter()
         .chain(shifted_air::check(scene, slices, flight));
-    // What is broken without margins is told without.
+    // What is broken without margins is reported without.
     let on_time = found.iter().map(|(_, it)| it);
     let known: FxHashSet<_> = on_time
         .filter(|it| it.kind == it.kind.without_margin())
@@ -302,8 +301,8 @@ fn among(
 }
 
 /// The report of a plan that was read, with what is wrong with its contents and known of crowds,
-/// whose drones are not in the scene; without the air of zones where it is only asked whether they
-/// are kept. What is still true of what is known of a flight is not judged again.
+/// whose drones are not in the scene; without the air of zones if only their limits are asked for.
+/// What still holds of a known flight is not judged again.
 fn report(
     plan: &Plan,
     scene: Option<&Scene<'_>>,
@@ -350,7 +349,7 @@ fn report(
         if let Some(known) = known {
             known.keep(plan, scene, &near, &judged);
         }
-        // Without the air of crowds no more is known of a zone than that it may be worse.
+        // Without the air of crowds a zone's air is known only to be perhaps worse.
         let limited =
             (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some() && crowds.drones == 0);
         let judged: Vec<_> = limited
@@ -404,8 +403,8 @@ pub(crate) struct Harm {
     pub(crate) worst_zone_air_mps: f64,
 }
 
-/// Drones whose worst air is looked for at a time; those after them know what was found. Chosen
-/// here, and no matter of threads: the answer is the same on any number.
+/// Drones whose worst air is looked for at a time; later ones know what was found. Chosen here,
+/// independent of threads: the answer is the same on any number.
 const AT_A_TIME: usize = 64;
 
 /// The harm that a plan's wakes do: the checks of air, columns and zones as far as these figures
@@ -452,7 +451,7 @@ fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
     }
 }
 
-/// What bounds leave open of a zone is decided where the highest air that was found in it is over
+/// Resolves a zone violation that bounds left open, where the highest air found in the zone is over
 /// its limit at that time.
 fn decide(scene: &Scene<'_>, air: &ZoneAir, (index, violation): &mut Found) {
     let until_s = violation.until_s.unwrap_or(f64::INFINITY);
@@ -470,7 +469,7 @@ fn decide(scene: &Scene<'_>, air: &ZoneAir, (index, violation): &mut Found) {
     }
 }
 
-/// The highest air that a zone may have while some step of a moment lasts (m/s).
+/// The highest air that a zone may have during the steps that contain a moment (m/s).
 fn most_air_mps(scene: &Scene<'_>, zone: &str, at_s: f64) -> f64 {
     let zone = scene.zones.iter().find(|it| it.name == zone);
     let told = zone.map(|zone| zone::worst(scene, zone, false, (at_s, at_s)));
@@ -480,7 +479,7 @@ fn most_air_mps(scene: &Scene<'_>, zone: &str, at_s: f64) -> f64 {
     })
 }
 
-/// Writes what the verifier found, and why some drones stay behind, into a plan.
+/// Writes the verifier's findings, and why drones are unplanned, into a plan.
 pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
     plan.status = report.status(&unplanned);
     plan.zone_air = report.zone_air;
@@ -494,7 +493,7 @@ pub(crate) fn extra_energy_j(exposures: &[DroneExposure]) -> f64 {
     exposures.iter().map(|it| it.extra_energy_j).sum()
 }
 
-/// Writes what air its drones meet into a plan.
+/// Writes the exposures of its drones into a plan.
 pub(crate) fn exposed(mut plan: Plan, exposures: Vec<DroneExposure>) -> Plan {
     plan.fleet.extra_energy_j = extra_energy_j(&exposures);
     for (drone, met) in plan.drones.iter_mut().zip(exposures) {
@@ -504,7 +503,7 @@ pub(crate) fn exposed(mut plan: Plan, exposures: Vec<DroneExposure>) -> Plan {
         drone.dose_m = met.dose_m;
         drone.extra_energy_j = met.extra_energy_j;
         drone.extra_energy_percent = met.extra_energy_percent;
-        // Told of another plan.
+        // Of another plan.
         drone.may_be_late_s = None;
     }
     plan

@@ -64,8 +64,7 @@ struct Moment {
     mean_mps: f64,
 }
 
-/// What a flight breaks: the same as [`check`], without what else it meets where that is not
-/// needed for it.
+/// What a flight breaks: as [`check`], without exposures not needed for it.
 pub(crate) fn violations(
     scene: &Scene<'_>,
     (near, slices): (&[Encounter], &[Bounded<'_>]),
@@ -80,7 +79,7 @@ pub(crate) fn violations(
     }
 }
 
-/// What a flight meets.
+/// The exposure of a flight.
 pub(crate) fn exposure(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> DroneExposure {
     let slices = shifted_air::bounded(scene, near, receiver);
     check(scene, (near, &slices), receiver).1
@@ -220,8 +219,8 @@ fn limit_mps(scene: &Scene<'_>, receiver: &Flight, window: &Window<'_>) -> f64 {
     scene.flown.mean_mps(most, window.induced_velocity_mps)
 }
 
-/// The windows with a wake in them that lie within a span, as far as they do: how much air there
-/// may be at most (m/s), and which; where most is possible first, for it often settles the rest.
+/// The windows with a wake in them, cut to a span: an upper bound of the air (m/s), and the index;
+/// highest bound first, for it often settles the rest.
 fn by_most(windows: &[Window<'_>], within_s: Span) -> Vec<(f64, usize)> {
     let all = windows.iter().enumerate().filter(|(_, window)| {
         let (from_s, until_s) = window.span_s;
@@ -234,8 +233,8 @@ fn by_most(windows: &[Window<'_>], within_s: Span) -> Vec<(f64, usize)> {
     by_most
 }
 
-/// Mean air over the discs of a flight (by its place in the plan) at a time (m/s), and whose wake
-/// alone is the strongest; `None` where it is not airborne. `near` are the encounters of all.
+/// Mean air over the discs of a flight (by its place in the plan) at a time (m/s), and the emitter
+/// with the strongest wake; `None` where it is not airborne. `near` are the encounters of all.
 pub(crate) fn at(
     scene: &Scene<'_>,
     near: &[Vec<Encounter>],
@@ -262,7 +261,7 @@ pub(crate) fn at(
     airs.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Whose wake alone is the strongest at a moment.
+/// The emitter with the strongest wake at a moment.
 fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<String> {
     let from = windows[at.window].strongest(at.t_s)?;
     Some(scene.flights[from].name.clone())
@@ -299,8 +298,7 @@ fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Opti
     best
 }
 
-/// The spans over the drone's limit, each with its worst moment, of which that of the whole flight
-/// is known.
+/// The spans over the drone's limit, each with its worst moment; that of the whole flight is known.
 fn over_limit(
     scene: &Scene<'_>,
     (receiver, windows): (&Flight, &[Window<'_>]),

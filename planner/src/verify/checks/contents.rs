@@ -1,8 +1,8 @@
-//! From the data of a plan to what the checks need; what contradicts itself is named here.
+//! From the data of a plan to what the checks need; contradictions are reported here.
 //!
 //! A plan may come from any program. Numbers that are not finite or not positive where they must
-//! be, air that no model covers, names that do not match and claims about who is airborne that the
-//! trajectory denies become violations of the kind `malformed`; what can still be judged is.
+//! be, air that no model covers, names that do not match and claims of being airborne that the
+//! trajectory denies become violations of the kind `malformed`; the rest is judged.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -40,9 +40,9 @@ const SUPPORT_M: f64 = 0.05;
 const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
 const TRACKING_M: RangeInclusive<f64> = 0.0..=10.0;
 
-/// What flies farther than this from the bounds is told, and not judged (m). Beside them: as far as
-/// bounds may extend, so that drones of any neighbouring area are. Above and below: chosen here,
-/// areas share their heights.
+/// A drone farther than this from the bounds is reported, and not judged (m). Horizontally: as far
+/// as bounds may extend, so that drones of any neighbouring area are judged. Vertically: chosen
+/// here, areas share their heights.
 const AROUND_M: [f64; 3] = [20_000.0, 20_000.0, 100.0];
 
 /// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
@@ -253,7 +253,7 @@ fn longest_lag_s(plan: &Plan, flown: &Flown, cache: &mut WakeCache) -> f64 {
         let Some(airframe) = airframe.filter(|it| cache.beyond(it).is_none()) else {
             continue;
         };
-        // Drones that come lighter than their airframe are reported, and judged all the same.
+        // Drones lighter than their airframe are reported, and judged all the same.
         for &mass_kg in drone.trajectory.mass_kg.iter().filter(|kg| **kg > 0.0) {
             let (wake, _) = cache.get(&airframe, mass_kg);
             longest_s = longest_s.max(flown.lag_s(&wake.wake, depth_m));
@@ -262,7 +262,7 @@ fn longest_lag_s(plan: &Plan, flown: &Flown, cache: &mut WakeCache) -> f64 {
     longest_s
 }
 
-/// One drone and what contradicts itself in it; an error where it cannot be judged at all.
+/// One drone and its contradictions; an error where it cannot be judged at all.
 fn flight(
     scene: &Scene<'_>,
     cache: &mut WakeCache,

@@ -1,10 +1,10 @@
 //! How late each drone may be, all others on time, before the verdict breaks.
 //!
 //! A drone that is late by `d` is at its own time `t` when all others are at `t + d`: bodies and
-//! columns follow in closed form over all `d` up to the least that is known, the air of the drone
-//! itself and of those below it by parts of time and `d` on upper bounds
-//! (`Exposed`), the air of zones by halves of `d`. Bodies keep to their radii
-//! alone: what a drone may be off its path is the plan's margin, not this one.
+//! columns follow in closed form over all `d` up to the least known, the air of the drone itself
+//! and of those below it by parts of time and `d` on upper bounds (`Exposed`), the air of zones by
+//! halves of `d`. Bodies keep to their radii alone: how far a drone may be off its path is the
+//! plan's margin, not this one.
 
 use std::sync::OnceLock;
 
@@ -23,7 +23,7 @@ use crate::verify::time::encounters::{Encounter, encounters};
 /// Delays are looked at up to this (s), chosen here: a drone that is later than that is planned
 /// again.
 pub const LATEST_S: f64 = 3.0;
-/// Delays are told to this (s): chosen here, a tick of the search.
+/// Resolution of delays (s): chosen here, a tick of the search.
 pub const FINE_S: f64 = 0.01;
 /// Delays are looked at up to each of these in turn (s): chosen here, many drones of dense fleets
 /// may be late by half a second, and no more.
@@ -35,12 +35,12 @@ pub struct Lateness {
     /// Every delay below this keeps the verdict (s), to [`FINE_S`]; at least [`LATEST_S`] where
     /// nothing breaks it.
     pub late_s: f64,
-    /// What breaks then: which rule, and with whom or what.
+    /// What breaks then: the rule, and the other side.
     pub breaks: Option<(ViolationKind, String)>,
 }
 
-/// How late each drone of a plan may be, in its order; `None`: it cannot be judged, or was not
-/// before it was to stop.
+/// How late each drone of a plan may be, in its order; `None`: it cannot be judged, or was not when
+/// stopped.
 pub fn of_all(plan: &Plan, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Option<Lateness>> {
     let (scene, _) = contents::read(plan);
     let judged = scene.map(|scene| of_scene(&scene, plan.drones.len(), stop));
@@ -80,10 +80,10 @@ pub(crate) fn of_scene(
     by_drone
 }
 
-/// All flights, and which of them meet.
+/// All flights, and their encounters.
 struct NearFlights<'a> {
     scene: &'a Scene<'a>,
-    /// The encounters of each whose clock differs from another's by up to [`LATEST_S`].
+    /// The encounters of each, with clocks that differ by up to [`LATEST_S`].
     near: &'a [Vec<Encounter>],
     /// The flight of each in slices, with those near it on time.
     slices: Vec<Vec<Slice<'a>>>,
@@ -174,7 +174,7 @@ impl NearFlights<'_> {
     }
 }
 
-/// Whether one lies where the other came down, which it does as late as that came.
+/// Whether `wreck` lies where `late` came down, as late as that drone came.
 fn is_wreck_of(wreck: &Flight, late: &Flight) -> bool {
     let (from_s, until_s) = wreck.airborne_s;
     failed(&wreck.name) == Some(&late.name)
@@ -182,8 +182,7 @@ fn is_wreck_of(wreck: &Flight, late: &Flight) -> bool {
         && late.trajectory.last_s() <= from_s
 }
 
-/// A flight in slices wherever another is near it, of which those are told that are with all on
-/// time.
+/// A flight in slices wherever another is near it; a slice lists those near it with all on time.
 fn sliced<'a>(
     scene: &'a Scene<'a>,
     near: &[Encounter],

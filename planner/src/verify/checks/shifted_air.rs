@@ -50,31 +50,30 @@ const MOMENT_S: f64 = 1e-6;
 /// Points of the discs that are looked at together, chosen here: a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 
-/// The same where it is asked how late a drone may be, chosen here: with [`MOST_PARTS`] three of 85
-/// drones in dense fleets are told up to 0.07 s more, which takes twice as long.
+/// The same for the search for a drone's lateness, chosen here: with [`MOST_PARTS`] three of 85
+/// drones in dense fleets get up to 0.07 s more, which takes twice as long.
 const PARTS_LATE: usize = 20_000;
 
-/// Parts of one slice of time that are looked at where the air is only told, chosen here: a few
+/// Parts of one slice of time that are looked at where the air is only reported, chosen here: a few
 /// milliseconds of work.
 const PARTS_TOLD: usize = 4_000;
-/// What is not higher by this, over U_H, is not told as higher, chosen here: below the hundredths
-/// that are printed.
+/// What is not higher by this, over U_H, is not reported as higher, chosen here: below the
+/// hundredths that are printed.
 const TOLD_ALPHA: f64 = 2e-3;
 /// Parts of one slice of time that are looked at for a bound, and how far it may be above what is
 /// found, over U_H: chosen here, a bound serves where the air is far below the limit.
 const PARTS_BOUNDED: usize = 1_000;
 const BOUND_ALPHA: f64 = 0.02;
-/// From when on and until when the limit is exceeded is told to this (s): chosen here, the
-/// hundredths that are printed.
+/// Resolution of the start and end of a violation (s): chosen here, the hundredths that are
+/// printed.
 const EXTENT_S: f64 = 0.01;
 /// Parts of one moment that are looked at for that, chosen here: enough to tell lags apart.
 const PARTS_OF_MOMENT: usize = 50;
 /// Parts looked at once the limit is known to be exceeded, chosen here, and how much worse a part
-/// must be to be looked at: the worst that is told is then within a few percent of it.
+/// must be to be looked at: the worst reported is then within a few percent of it.
 const PARTS_ONCE_VIOLATED: usize = 400;
 const WORSE: f64 = 1.02;
-/// Two slices of time this close are one (s), chosen here: the margin by which drones are told to
-/// be late is no finer.
+/// Two slices of time this close are one (s), chosen here: the reported lateness is no finer.
 const JOINED_S: f64 = 0.1;
 
 /// A wake that may reach the receiver, and the shift of its drone's clock.
@@ -99,12 +98,12 @@ impl Emitter {
     }
 }
 
-/// The receiver's flight within one of its pieces, and the air that it bears.
+/// The receiver's flight within one of its pieces, and its air limit.
 #[derive(Clone)]
 pub(super) struct Exposed<'a> {
     /// All flights and the air.
     scene: &'a Scene<'a>,
-    /// Whose discs are exposed.
+    /// The exposed drone.
     receiver: &'a Flight,
     /// Of its centre, one formula.
     motion: Motion,
@@ -123,7 +122,7 @@ pub(super) struct Subdomain {
     pub(super) shifts_s: Vec<Span>,
     /// Least and greatest lag of all air: its delay over that at the centreline's speed.
     pub(super) lags: Span,
-    /// Those whose wakes may count.
+    /// Emitters that may count.
     pub(super) emitters: Vec<Emitter>,
 }
 
@@ -303,7 +302,7 @@ pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flig
     found.collect()
 }
 
-/// A flight in slices, each with a bound; empty where no drone is early or late and no air.
+/// A flight in slices, each with a bound; empty where no drone is early or late and no air is.
 pub(crate) fn bounded<'a>(
     scene: &'a Scene<'a>,
     near: &[Encounter],

@@ -15,13 +15,13 @@ use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::join;
 use crate::verify::violation::{Found, Worst};
 
-/// A moment is told to this (s): chosen here.
+/// Resolution of a moment (s): chosen here.
 const MOMENT_S: f64 = 1e-3;
 /// Two parts whose offset is this near to that of their chords count as straight (m): chosen here,
 /// a tenth of what bodies may touch by.
 const STRAIGHT_M: f64 = 0.1 * TOUCH_M;
 
-/// What two drones do that they must not, over a range of shifts.
+/// The violations of two drones over a range of shifts.
 #[derive(Default)]
 struct Meeting {
     /// On the clock of the one (s).
@@ -70,7 +70,7 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Foun
 pub(super) struct Pair<'a> {
     /// All flights and the place.
     pub(super) scene: &'a Scene<'a>,
-    /// Whose clock times are told on.
+    /// Times are on its clock.
     pub(super) one: &'a Flight,
     pub(super) other: &'a Flight,
     /// By how much the other's clock may be ahead, at least and at most (s).

@@ -28,11 +28,11 @@ pub(crate) const VIOLATED: f64 = 1.005;
 /// What cannot exceed this part of the limit is not searched further: no point of a zone found in
 /// order exceeds its limit by more. Chosen here: half as much again as is violated.
 const CLEARED: f64 = 1.0075;
-/// Steps in which the air is no more than this above the highest known are left, where that is only
-/// told: with [`CLEARED`] 3 %, chosen here.
+/// Steps in which the air is no more than this above the highest known are left, where it is only
+/// reported: with [`CLEARED`] 3 %, chosen here.
 const TOLD: f64 = 1.02;
 /// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
-/// is told to one step.
+/// is reported to one step.
 const STEP_PATH_M: f64 = 0.1;
 /// A part of box and time this small is judged by its middle, and by those of its corners that are
 /// on the zone's surface (m), chosen here: a tenth of the half-width of the narrowest wake known
@@ -54,14 +54,14 @@ const MOST_PARTS_ASKED: usize = 200_000;
 const ADVECTED_COST: usize = 4;
 /// Parts searched in a step once [`MOST_PARTS_IN_ALL`] are used up, chosen here.
 const FEWEST_PARTS: usize = 32;
-/// Air up to this is not searched further where it is only told (m/s): a closed hall drifts as
+/// Air up to this is not searched further where it is only reported (m/s): a closed hall drifts as
 /// fast, 0.06 to 0.12 m/s during the flights the jet was fitted to.
 pub(crate) const SLIGHTEST_MPS: f64 = 0.1;
-/// Parts searched in one step where the air is only told, chosen here: about a millisecond, as many
-/// as once the limit is broken.
+/// Parts searched in one step where the air is only reported, chosen here: about a millisecond, as
+/// many as once the limit is broken.
 const PARTS_TOLD: usize = PARTS_ONCE_VIOLATED;
-/// Parts searched for one zone in all where the air is only told, and in a step once they are used
-/// up, chosen here: a second or two of work.
+/// Parts searched for one zone in all where the air is only reported, and in a step once they are
+/// used up, chosen here: a second or two of work.
 const PARTS_TOLD_IN_ALL: usize = 1_000_000;
 const FEWEST_PARTS_TOLD: usize = 4;
 /// Parts searched for one zone over all delays of all flights before what is left counts as too
@@ -71,7 +71,7 @@ const MOST_PARTS_LATE: usize = 1_500_000;
 const LATE_STEP_S: f64 = 0.1;
 /// Steps in all, chosen here: three hours of flight at 1 m/s; of longer ones they are longer.
 const MOST_STEPS: f64 = 100_000.0;
-/// Steps where the air is only told, chosen here: half an hour of flight at 1 m/s, and in all a
+/// Steps where the air is only reported, chosen here: half an hour of flight at 1 m/s, and in all a
 /// second or two of work; of longer flights they are longer.
 const MOST_STEPS_TOLD: f64 = 20_000.0;
 /// So many wakes that bring the most to a part are looked at in its middle before all are, chosen
@@ -83,9 +83,9 @@ const ROUNDING: f64 = 1.001;
 /// Wakes that together bring no more than this part of what is looked for count as a constant from
 /// then on: chosen here, well below what lies between [`VIOLATED`] and [`CLEARED`].
 const FAINT: f64 = 1e-3;
-/// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
-/// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
-/// more would help.
+/// Parts searched once the limit is known to be broken, chosen here: the worst value reported is
+/// then within a few percent of the highest. Below a rotor plane, where the air begins at full
+/// speed, more would not help.
 const PARTS_ONCE_VIOLATED: usize = 400;
 
 /// The place and moment of the highest air found.
@@ -126,7 +126,7 @@ pub(crate) enum Downwash<'a> {
 pub(crate) struct Shifted<'a> {
     /// An index of the caller's.
     from: usize,
-    /// Whose wake it is.
+    /// The emitter.
     flight: &'a Flight,
     /// Where wakes are advected.
     advected: Option<Advected<'a>>,
@@ -137,7 +137,7 @@ pub(crate) struct Shifted<'a> {
 }
 
 impl Downwash<'_> {
-    /// Whose: an index of the caller's.
+    /// The emitter: an index of the caller's.
     pub(crate) fn from(&self) -> usize {
         match self {
             Downwash::Attached(attached) => attached.from,
@@ -168,7 +168,7 @@ impl Downwash<'_> {
     }
 }
 
-/// How much is said of the limit of a zone.
+/// How much is asked about the limit of a zone.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Asked {
     /// All spans over it.
@@ -321,7 +321,7 @@ pub(crate) const ALWAYS_S: Span = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// The highest air of a zone as far as few parts of each step show it.
 pub(crate) struct Told {
-    /// The highest found (m/s), when (s), and whose wake is the strongest in it: a flight's index;
+    /// The highest found (m/s), when (s), and the flight with the strongest wake in it (an index);
     /// `None`: none above [`SLIGHTEST_MPS`].
     pub(crate) worst: Option<(f64, f64, usize)>,
     /// No air is faster (m/s), but in parts of a centimetre.
@@ -424,7 +424,7 @@ pub(crate) fn worst_over_limit_mps(scene: &Scene<'_>, zone: &Zone) -> Option<f64
     if worst_mps > VIOLATED * limit_mps {
         return Some(worst_mps);
     }
-    // In between only a closer look tells.
+    // In between a closer search decides.
     let found = || on_time(scene, zone, Asked::IsKept);
     let found = (at_most_mps > limit_mps).then(found)?;
     found.first().map(|(_, violation)| violation.value)
@@ -696,7 +696,7 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
     emitted
 }
 
-/// The flights of some wakes, by whose and when each is there on time (s): each while one of its
+/// The flights of some wakes, from their emitters and times on time (s): each while one of its
 /// wakes counts at some shift of its clock, behind and ahead by up to so much (s).
 fn shifts<'a>(
     scene: &'a Scene<'_>,
@@ -807,7 +807,7 @@ pub(crate) struct Field<'a> {
     pub(crate) obstacles: &'a Obstacles,
     /// How wakes from above add up.
     pub(crate) superposition: Superposition,
-    /// What becomes of a jet that meets the floor.
+    /// What a jet becomes at the floor.
     pub(crate) wall: Option<GroundImpingement>,
 }
 
@@ -1061,7 +1061,7 @@ impl Field<'_> {
         above_mps.hypot(along_mps.norm())
     }
 
-    /// Whose wake is the strongest at a peak.
+    /// The emitter with the strongest wake at a peak.
     pub(crate) fn strongest(&self, all: &[&Downwash<'_>], peak: &Peak) -> Option<usize> {
         let alone = all.iter().map(|it| {
             let (above_mps, along_mps) = self.one_mps(it, peak.t_s, peak.place_m);
