@@ -35,14 +35,13 @@ pub enum FailureCause {
         /// What would help, as far as that was looked for.
         remedy: Remedy,
     },
-    /// Other drones, or a zone that its wake is too strong for.
+    /// Other drones block it, or a zone that its wake is too strong for.
     Obstructed {
-        /// What was in the way nearest to the goal; `None`: drones evicted one another up to the
-        /// limit.
+        /// What blocked it nearest to the goal; `None`: the eviction limit was reached.
         by: Option<Hindrance>,
         /// What would help, as far as that was looked for.
         remedy: Remedy,
-        /// How far a path was looked for; absent where a flight under way is replanned.
+        /// The extent of the search; absent where a flight under way is replanned.
         extent: Option<Extent>,
     },
     /// The run was stopped first; with how crowded the floor is, where it is.
@@ -50,8 +49,7 @@ pub enum FailureCause {
 }
 
 impl FailureCause {
-    /// A goal (m) of a drone, or a place of a task, with which it says that there is a plan, if it
-    /// says so.
+    /// The place (m) near a drone's goal, or near a task's place, that the cause proposes, if any.
     pub(crate) fn goal_m(&self, of: &str, at: Option<&Meeting>) -> Option<Point3<f64>> {
         let task = |meeting: Option<&Meeting>| meeting.and_then(|it| it.task);
         match self {
@@ -114,7 +112,7 @@ impl FailureCause {
     }
 }
 
-/// How far a path was looked for, and so what a "no" means.
+/// The extent of a search for a path, and so what a "no" means.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Extent {
@@ -178,23 +176,23 @@ pub struct MissingPath {
     pub body_radius_m: f64,
     /// Kept from obstacles beyond it (m).
     pub clearance_m: f64,
-    /// How far it was looked for.
+    /// The extent of the search.
     pub extent: Extent,
-    /// What closes the way.
+    /// What blocks the path.
     pub closed_by: ClosedBy,
 }
 
-/// What closes the way to a task.
+/// What blocks the path to a task.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ClosedBy {
-    /// Zones that keep bodies out: without them there is a way.
+    /// Zones that keep bodies out: without them there is a path.
     Zones(Vec<String>),
     /// Solids, for a body of any size.
     Solids,
-    /// The clearance: with this one (m) there is a way.
+    /// The clearance: with this one (m) there is a path.
     Clearance(f64),
-    /// A gap that is too narrow, or what was not found out.
+    /// A gap that is too narrow, or an unknown cause.
     Gap,
 }
 
@@ -227,7 +225,7 @@ impl fmt::Display for ClosedBy {
 /// Two goals, or a goal and a zone, or two tasks, that exclude one another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GoalConflict {
-    /// Who is exposed, by name.
+    /// The exposed drone.
     pub drone: String,
     /// Of tasks: which, and when.
     pub meeting: Option<Meeting>,
@@ -237,10 +235,9 @@ pub struct GoalConflict {
     pub why: Exclusion,
     /// A place for `drone` near its own where this pair is in order (m).
     pub nearest_fix_m: Option<Point3<f64>>,
-    /// Where the drone that stays was to be (m): one of the two.
+    /// The place of the drone that stays (m): one of the two.
     pub at_m: Point3<f64>,
-    /// Of air that is borne with another limit: the limits of all drones, by name, that are raised
-    /// in the plan that shows it.
+    /// Of air allowed by another limit: all limits raised in the plan that shows it, by drone.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub raised: Vec<(String, f64)>,
 }
@@ -269,8 +266,8 @@ pub enum Exclusion {
         alpha: f64,
         /// The drone's limit.
         limit: f64,
-        /// Another that it bears this with: planned, with all drones that are in another's air as
-        /// they bear it.
+        /// Another limit that allows this: planned, with all drones in another's air at limits that
+        /// allow it.
         enough: Option<f64>,
     },
     /// The drone's wake reaches into a zone.
@@ -279,25 +276,25 @@ pub enum Exclusion {
         air_mps: f64,
         /// The zone's limit (m/s).
         limit_mps: f64,
-        /// It is the air of several, none of which breaks the limit alone; else this drone's.
+        /// Several drones' air breaks the limit, none alone; else this drone's.
         together: bool,
     },
 }
 
-/// What was in the way of a search.
+/// What blocked a search.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hindrance {
     /// What it is.
     pub kind: HindranceKind,
     /// How far the drone could get, or where it comes nearest to the other as it lands (m).
     pub at_m: Point3<f64>,
-    /// It was in the way of its landing.
+    /// It blocked the landing.
     pub lands: bool,
-    /// When it would have gone on (s).
+    /// When the drone would have gone on (s).
     pub from_s: f64,
 }
 
-/// What can be in the way.
+/// What can block a search.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HindranceKind {
@@ -328,7 +325,7 @@ pub enum HindranceKind {
     ZoneTogether(String),
 }
 
-/// What could be done about it; shown with the semicolon that sets it off from what is in the way.
+/// What could be done about it; shown with the semicolon that sets it off from the obstruction.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Remedy {
@@ -405,8 +402,7 @@ pub struct Moved {
     pub task: usize,
     /// Where it would have to be (m).
     pub to_m: Point3<f64>,
-    /// Who is refused then, be it still or anew, by name: no place was found with which all are
-    /// planned.
+    /// Drones refused then, still or newly, by name: no place was found with which all are planned.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refused: Vec<String>,
 }
@@ -430,11 +426,11 @@ impl Moved {
 /// The gentlest pass there is, and the air limits that it wants.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Exposure {
-    /// Who is exposed most.
+    /// The most exposed drone.
     pub drone: String,
     /// Where (m).
     pub at_m: Point3<f64>,
-    /// To whose wake, how far above (m), and how far aside (m).
+    /// The emitter, how far above (m), and how far aside (m).
     pub beside: Option<(String, f64, f64)>,
     /// Mean downwash over the rotor discs, over its induced velocity.
     pub alpha: f64,
@@ -442,9 +438,9 @@ pub struct Exposure {
     pub extra_percent: f64,
     /// Axial exposure (m) and extra energy (J) of its whole flight.
     pub whole: (f64, f64),
-    /// Whose limits have to be raised.
+    /// Drones whose limits must be raised.
     pub drones: Vec<String>,
-    /// To what: with that it is planned. `None`: no limit that was tried is enough.
+    /// The limit with which it is planned. `None`: no limit that was tried is enough.
     pub air_limit: Option<f64>,
 }
 
@@ -464,11 +460,11 @@ impl Crowding {
     }
 }
 
-/// So many limits are named that are raised together: chosen here, a line or two.
+/// Most limits named that are raised together: chosen here, a line or two.
 const MOST_RAISED: usize = 8;
 
-/// Limits of air, by drone, that are raised together, that of one drone before all others, names
-/// between `quotes`: "the air_limits of b to 0.72 and d to 0.72 raised together".
+/// Limits of air, by drone, that are raised together, that of `of` first, names between `quotes`:
+/// "the air_limits of b to 0.72 and d to 0.72 raised together".
 pub fn raised_together(of: &str, raised: &[(String, f64)], quotes: &str) -> String {
     let (own, others): (Vec<_>, Vec<_>) = raised.iter().partition(|(name, _)| name == of);
     let told = own.into_iter().chain(others).take(MOST_RAISED);
@@ -486,7 +482,7 @@ pub fn raised_together(of: &str, raised: &[(String, f64)], quotes: &str) -> Stri
     )
 }
 
-/// What is too much, and its limit, with so many decimals; with more where they read alike.
+/// A value and its limit, with so many decimals; with more where they read alike.
 pub fn told_apart(value: f64, limit: f64, decimals: usize) -> [String; 2] {
     let told = |decimals: usize| [value, limit].map(|it| format!("{it:.decimals$}"));
     let mut finer = (decimals..MOST_DECIMALS).map(told);
@@ -540,7 +536,7 @@ impl fmt::Display for FailureCause {
                 f.write_str("its end and another's exclude one another")
             }
             FailureCause::NoRoomToLand { short_m, remedy } => {
-                // Never told as nothing: what is missing is at least what is printed.
+                // Rounded up, so that it never prints as 0.
                 let short_m = (short_m * 100.0).ceil() / 100.0;
                 write!(
                     f,

@@ -1,10 +1,10 @@
 //! plan.json from anywhere: read as far as it can be judged, what it leaves out filled in, and what
 //! it claims kept apart from what it is.
 //!
-//! A plan says who flies which airframe, where, when, at which mass and within which limits; what
-//! follows from that (exposure, energy, arrivals, sums, violations) are results. A foreign plan may
-//! leave results out, name a preset in place of an airframe's numbers, and leave out whatever a
-//! [default](self) says.
+//! A plan says which drone flies which airframe, where, when, at which mass and within which
+//! limits; what follows from that (exposure, energy, arrivals, sums, violations) are results. A
+//! foreign plan may leave results out, name a preset in place of an airframe's numbers, and leave
+//! out all that has a [default](self).
 
 use std::fmt;
 

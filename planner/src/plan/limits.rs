@@ -1,4 +1,4 @@
-//! What a vehicle may do whose airframe states no limits.
+//! Limits of a vehicle whose airframe states none.
 
 use airflow::Airframe;
 

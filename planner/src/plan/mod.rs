@@ -80,7 +80,7 @@ pub struct Plan {
     /// Every drone of the scenario, in its order, the unplanned ones included.
     #[schemars(length(min = 1))]
     pub drones: Vec<DronePlan>,
-    /// Those that stay at their start, and why.
+    /// Drones that stay at their start, and why.
     #[serde(default)]
     pub unplanned: Vec<Unplanned>,
     /// Sums over the fleet. Results.
@@ -121,7 +121,7 @@ pub struct ZoneAir {
     /// Summed air that no point of it exceeds at any time (m/s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_most_mps: Option<f64>,
-    /// Whose wake contributed most to that.
+    /// The drone with the strongest wake.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_air_from: Option<String>,
     /// When (s).
@@ -440,7 +440,7 @@ pub struct DronePlan {
     #[schemars(transform = file::without_default)]
     pub airborne_s: (f64, Option<f64>),
     /// When it stands landed between two flights: from, until (s), in order, each of them within
-    /// `airborne_s`. No air is too much for it then; its wake is counted on.
+    /// `airborne_s`. Its air limit does not hold then; its wake still counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub landed_s: Vec<(f64, f64)>,
     /// Where it is when.
@@ -452,7 +452,7 @@ pub struct DronePlan {
     #[serde(default)]
     pub alone_s: f64,
     /// How much later it is for standing still beyond its dwells, on the path that is smoothed (s);
-    /// who is in place before an appointment is no later. A smooth trajectory is slow for longer
+    /// waiting for an appointment makes a drone no later. A smooth trajectory is slow for longer
     /// than that, and may not stand at all.
     #[serde(default)]
     pub waits_s: f64,
@@ -462,7 +462,7 @@ pub struct DronePlan {
     /// Highest mean air over its rotor discs (m/s).
     #[serde(default)]
     pub worst_air_mps: f64,
-    /// Whose wake contributed most to that.
+    /// The drone with the strongest wake.
     #[serde(default)]
     pub worst_air_from: Option<String>,
     /// When.
@@ -736,7 +736,7 @@ impl TrajectoryEntry {
 pub struct Unplanned {
     /// Its name.
     pub name: String,
-    /// Who or what is in the way, where and when, and the way out.
+    /// What blocks it, where and when, and the way out.
     #[serde(default)]
     pub reason: String,
     /// The same as data, where it is known.
@@ -750,7 +750,7 @@ pub struct UnplannedCause {
     /// `no_path`, `too_late`, `goal_conflict`, `no_room_to_land`, `stopped`, or what obstructs it:
     /// `zone`, `body`, `column`, `downwash`, `own_downwash`, `zone_together`, `eviction_limit`.
     pub kind: String,
-    /// The name of the drone or zone in the way.
+    /// The name of the blocking drone or zone.
     pub blocker: Option<String>,
     /// How far it could get, or where it would meet the other as it lands, or the place that no
     /// path leads to, or that it cannot have (m).
@@ -799,9 +799,9 @@ pub struct IgnoringDownwash {
 pub struct Violation {
     /// Which check.
     pub kind: ViolationKind,
-    /// Who.
+    /// The drone.
     pub drone: String,
-    /// With whom or what (a drone, an obstacle, a zone).
+    /// The other drone, obstacle or zone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
     /// First moment found (s).
@@ -828,7 +828,7 @@ pub struct Violation {
 }
 
 impl Violation {
-    /// Whether it matters to what is flown from a time on (s): what is no plan is none from the
+    /// Whether it concerns the flight from a time on (s): a malformed plan is so from the
     /// beginning.
     pub fn matters_from(&self, from_s: f64) -> bool {
         let is_over = self.until_s.is_some_and(|until_s| until_s < from_s);

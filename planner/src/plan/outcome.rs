@@ -91,10 +91,10 @@ pub struct Effort {
     pub searches: u64,
     /// States expanded over all searches.
     pub expansions: u64,
-    /// Drones whose plan was taken back for another's.
+    /// Evictions: planned paths withdrawn for other drones.
     pub evictions: u64,
-    /// PIBT rounds: first on crowded floors, elsewhere where the first order leaves a drone out or
-    /// takes long.
+    /// PIBT rounds: first on crowded floors, elsewhere where the first order leaves a drone
+    /// unplanned or takes long.
     pub rounds: u64,
     /// By how much the sum of costs fell once every drone had a path (ticks of 1/100 s); `None`:
     /// not asked for, and it did not.
@@ -152,9 +152,9 @@ impl EndpointConflicts {
 /// Two places, or a place and a zone, that exclude one another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EndpointConflict {
-    /// Index in [`crate::scenario::world::World::drones`] of the one who suffers.
+    /// Index in [`crate::scenario::world::World::drones`] of the affected one.
     pub drone: usize,
-    /// Who or what is in the way.
+    /// What blocks it.
     pub blocker: Blocker,
     /// Both at their starts, at their goals, or at tasks.
     pub when: EndpointKind,
@@ -168,7 +168,7 @@ pub struct EndpointConflict {
     pub nearest_fix_m: Option<Point3<f64>>,
 }
 
-/// Who or what is in the way.
+/// What blocks an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Blocker {
@@ -191,7 +191,7 @@ pub enum EndpointKind {
 }
 
 impl EndpointConflict {
-    /// At which of its tasks, from 0, the drone is that suffers, of so many; `None`: at its start.
+    /// The task, from 0, at which the affected drone is, of so many; `None`: at its start.
     pub fn task_of(&self, tasks: usize) -> Option<usize> {
         match self.when {
             EndpointKind::Starts => None,
@@ -208,7 +208,7 @@ impl EndpointConflict {
         }
     }
 
-    /// The drone that suffers, and at which task that is due, from 0.
+    /// The affected drone, and its due task, from 0.
     pub(crate) fn place(&self) -> (usize, Option<usize>) {
         let task = self.meeting.and_then(|it| it.task);
         (self.drone, task.map(|task| task - 1))
@@ -218,7 +218,7 @@ impl EndpointConflict {
 /// Two tasks at which drones are at one time, or a task and a place where another stays for good.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Meeting {
-    /// Of who suffers, counted from 1; `None`: it stays at its start.
+    /// The affected drone's, from 1; `None`: it stays at its start.
     pub task: Option<usize>,
     /// The other's, in the same way.
     pub their_task: Option<usize>,
@@ -234,7 +234,7 @@ pub struct Control<'a> {
     /// Asked when every drone has a path: whether to go on and make the plan better, beyond what
     /// small fleets get without being asked.
     pub improve: &'a (dyn Fn() -> bool + Sync),
-    /// Told now and then.
+    /// Called now and then.
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Whether the fleet is planned a second time, as if there were no wakes, and that plan judged
     /// with them: [`Plan::ignoring_downwash`]. It takes about as long again.
@@ -271,8 +271,8 @@ pub const IMPROVING_SHARE: f64 = 0.6;
 pub const PLANNING_SHARE: f64 = 0.85;
 
 impl Control<'_> {
-    /// Never stops, has no time left over to improve in, tells no one, makes no contrast. Fleets of
-    /// up to 30 drones are improved all the same.
+    /// Never stops, has no time left over to improve in, reports no progress, makes no contrast.
+    /// Fleets of up to 30 drones are improved all the same.
     pub const QUIET: Control<'static> = Control {
         stop: &|| false,
         improve: &|| false,
@@ -280,8 +280,8 @@ impl Control<'_> {
         contrast: false,
     };
 
-    /// Stops as this one, and does nothing else that takes time or is told: for plans that only
-    /// show what could be done.
+    /// Stops as this one, without improvement, progress or contrast: for plans that only show what
+    /// could be done.
     pub(crate) fn trying(&self) -> Control<'_> {
         Control {
             stop: self.stop,

@@ -61,7 +61,7 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     missing
 }
 
-/// The world's drones, with the places of each formation given to those that are there in a plan.
+/// The world's drones, each formation's places assigned to the drones at them in a plan.
 fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
     let mut drones = world.drones.clone();
     for tasks in &world.formations {
@@ -372,7 +372,7 @@ pub fn dwells(drone: &Drone, entry: &DronePlan) -> Vec<(f64, f64)> {
     drone.tasks.iter().map_while(next).collect()
 }
 
-/// What a drone flies, and where it stays after that.
+/// What a drone flies, and where it stays afterwards.
 fn trajectory_of(drone: &Drone, entry: &DronePlan) -> Option<Trajectory> {
     // What stays after the last time may dwell as long as asked for.
     let longest_s: f64 = drone.tasks.iter().map(|it| it.dwell_s).sum();
@@ -402,7 +402,7 @@ fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
         let number = k + 1;
         let before_kg = mass_kg;
         mass_kg = task.load_kg.map_or(mass_kg, |load_kg| bare_kg + load_kg);
-        // Of what is taken up and changed again at once, or taken up and away, nothing is seen.
+        // A load taken up and changed at once, or taken up as the drone leaves, does not show.
         is_kept = match drone.tasks.get(k + 1) {
             _ if task.dwell_s > 0.0 || task.during_s.is_some_and(|[a, b]| b > a) => true,
             Some(next) => next.to_m != task.to_m || next.load_kg.is_none(),

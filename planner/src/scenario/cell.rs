@@ -21,9 +21,9 @@ const PACKED_SHARE: f64 = 0.5;
 const MOST_PLACES: f64 = 400_000.0;
 /// Room to spare from which a gap counts as meant for a body (m): chosen here.
 const LEAST_LANE_M: f64 = 0.2;
-/// No gap asks for smaller cells (m). Chosen here: of two drones that pass a tunnel the other way
-/// each, a search on cells of 0.12 m takes more states than there are, and where such a gap is the
-/// only way a passage beyond the lattice leads through it.
+/// No gap asks for smaller cells (m). Chosen here: of two drones in opposite directions in
+/// a tunnel, a search on cells of 0.12 m takes more states than there are, and where such a gap is
+/// the only connection a passage beyond the lattice leads through it.
 const LEAST_FOR_GAPS_M: f64 = 0.25;
 /// The share of drones that may stand closer than what counts as their spacing: chosen here, so
 /// that one pair does not decide for a fleet.

@@ -31,7 +31,7 @@ use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan};
 /// Room around all places where no bounds are given (m): chosen here.
 const ROOM_M: f64 = 1.0;
 
-/// Who is in a log or a show.
+/// The drones of a log or a show.
 pub(super) struct Members<'a> {
     /// `log` or `show`.
     pub(super) of: &'static str,
@@ -93,8 +93,8 @@ impl FleetFile {
         Some(self.fleet.as_ref()?.bounds_m.as_ref()?.min.value.z)
     }
 
-    /// The scenario that those who are in a log or a show would have had, without tasks, and what
-    /// was assumed.
+    /// The scenario that the drones of a log or a show would have had, without tasks, and the
+    /// assumptions.
     ///
     /// # Errors
     ///
@@ -121,7 +121,7 @@ impl FleetFile {
     }
 }
 
-/// What these fly, as a plan to judge: a log or a show says where drones are, not what they keep.
+/// What these drones fly, as a plan to judge: a log or a show gives places, not limits.
 pub(super) fn as_plan(world: &World, mut drones: Vec<DronePlan>, remarks: Vec<String>) -> PlanFile {
     for drone in &mut drones {
         drone.arrives_s = arrival_s(drone, None);
@@ -226,7 +226,7 @@ fn drone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<
 }
 
 impl StatedFleet {
-    /// The scenario that these would have had, without tasks.
+    /// The scenario that these drones would have had, without tasks.
     fn written(
         self,
         name: &str,
@@ -263,7 +263,7 @@ impl StatedFleet {
                 at_end: AtEnd::Hover,
                 air_limit: listed.and_then(|it| it.air_limit),
                 is_whole: true,
-                // Where it was is judged, not refused.
+                // Its start is judged, not refused.
                 has_start: false,
             });
         }

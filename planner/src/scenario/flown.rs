@@ -35,7 +35,7 @@ const SPEED_OVER_S: f64 = 0.5;
 /// A drone whose first sample is this late was not there before (s), chosen here: loggers do not
 /// begin at one moment.
 const ENTERS_S: f64 = 1.0;
-/// A gap between samples longer than this is told (s): chosen here, twenty samples at 20 Hz.
+/// A gap between samples longer than this is reported (s): chosen here, twenty samples at 20 Hz.
 const GAP_S: f64 = 1.0;
 /// Times up to this are seconds of a log or of an epoch (s): chosen here, those since 1970 are
 /// below 2e9, in milliseconds above 1e12.
@@ -53,7 +53,7 @@ pub enum FlownError {
     /// Columns that are not there.
     #[error("the table needs the columns t_s, drone, x_m, y_m, z_m; it lacks {0}")]
     Columns(String),
-    /// All of it is under the floor: its axes are others than were thought.
+    /// All of it is under the floor: its axes are not the assumed ones.
     #[error(
         "every place is below z = 0, the floor where the fleet's file gives no bounds_m; is z down (NED)? North, east, down is x = east, y = north, z = -down here"
     )]
@@ -279,7 +279,7 @@ fn flown(
     let at_end = match rests(&last) {
         true => AtEnd::Land,
         false if first.t_s < ends_s => AtEnd::Leave,
-        // The log says nothing of what it does then.
+        // The log does not say what follows.
         false => AtEnd::Hover,
     };
     // Samples at rest before it takes off and after it has landed are one place each.

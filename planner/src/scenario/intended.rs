@@ -1,8 +1,8 @@
 //! What a show or a table of setpoints wants to be flown, as a plan that can be judged: each
 //! drone's trajectory, and a few lines of RON that say which airframes they are.
 //!
-//! Such files say where drones are to be, and nothing of what they keep: speeds and corners are
-//! told, not judged, and no margins are taken to be kept. A drone that rests on the floor or on an
+//! Such files say where drones are to be, and not which limits hold: speeds and corners are
+//! reported, not judged, and no margins are assumed. A drone that rests on the floor or on an
 //! obstacle at its first place starts landed, one that does at its last place lands there; one that
 //! is in the air at its last place hovers on.
 
@@ -67,7 +67,7 @@ pub enum DroneFault {
     /// Two of one name.
     #[error("two drones are called `{0}`")]
     Twice(String),
-    /// Under the floor: its axes are others than were thought.
+    /// Under the floor: its axes are not the assumed ones.
     #[error("`{drone}` is at z = {z_m:.2} m at {at_s:.2} s, below the floor (z = {} m)", as_typed(*floor_z_m))]
     BelowFloor {
         /// Its name.
@@ -241,7 +241,7 @@ impl Intended {
     }
 }
 
-/// What is told and not judged: the drone that is fastest over its airframe's speed, and the
+/// What is reported and not judged: the drone that is fastest over its airframe's speed, and the
 /// sharpest corner.
 fn told(world: &World, drones: &[Intended]) -> Vec<String> {
     let mut remarks = Vec::new();
@@ -255,7 +255,7 @@ fn told(world: &World, drones: &[Intended]) -> Vec<String> {
         )
     });
     let fastest = fastest.max_by(|a, b| a.0.total_cmp(&b.0));
-    // By more than times that are whole milliseconds make of it.
+    // By more than the rounding of times to milliseconds.
     if let Some((_, speed_mps, at_s, drone)) = fastest.filter(|it| it.0 > 1.01) {
         let (name, most_mps) = (&drone.name, drone.vehicle.max_speed_mps);
         let airframe = drone.vehicle.airframe.name();

@@ -138,7 +138,7 @@ pub(super) fn world(
             problem.label(why)
         }));
     }
-    // Where the others are to be is looked at, too: a place out of bounds is told beside an unknown
+    // Places of the others are checked, too: a place out of bounds is reported beside an unknown
     // airframe.
     for it in unsound {
         sources.push(it.source);
@@ -202,7 +202,7 @@ fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid
     }))
 }
 
-/// Where in the text a misplaced drone was told to be there.
+/// Where in the text a misplaced drone's place stands.
 fn place_of<'s>(source: &'s written::Drone, spot: &Spot) -> &'s Range<usize> {
     let last = || source.tasks.last();
     &match spot {

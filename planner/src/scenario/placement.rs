@@ -1,5 +1,5 @@
-//! Whether every drone can be where it is told to be: starts, tasks and landing places against the
-//! bounds and the obstacles. What drones do to one another is not asked here.
+//! Whether every drone can be at its stated places: starts, tasks and landing places against the
+//! bounds and the obstacles. Conflicts between drones are not judged here.
 //!
 //! World frame, metres, z up.
 
@@ -16,7 +16,7 @@ pub(crate) const REST_TOLERANCE_M: f64 = 0.005;
 /// racks are measured to a few centimetres.
 pub(crate) const SUPPORT_TOLERANCE_M: f64 = 0.05;
 
-/// A drone that is told to be where it cannot be.
+/// A drone at a place where it cannot be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misplaced {
     /// Index in [`World::drones`].
@@ -89,7 +89,7 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
     found
 }
 
-/// The gap to obstacles (m) that a place leaves which is too near to one, to the millimetre.
+/// The gap to obstacles (m) at a place that is too near to one, to the millimetre.
 fn bearable_gap_m(world: &World, found: &Misplaced) -> Option<f64> {
     let Misfit::Obstacle { distance_m, .. } = found.why else {
         return None;

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// One thing that is wrong with a scenario, for a person to read beside the text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem {
-    /// What and who, lowercase, no final period.
+    /// Subject and fault, lowercase, no final period.
     pub message: String,
     /// Where, in bytes of the text (of the cited file where there is one); `None` where no place in
     /// the text is to blame.

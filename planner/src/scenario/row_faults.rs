@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Faults that are told apart; the others are counted. Chosen here: what one reads.
+/// Faults that are listed; the others are counted. Chosen here: what one reads.
 const MOST_TOLD: usize = 20;
 /// Lines that are named of one fault; the others are counted. Chosen here.
 const MOST_LINES: usize = 3;

@@ -209,7 +209,7 @@ impl Solids {
         })
     }
 
-    /// The highest surface straight below `point_m` (z, m) and whose it is: `floor_z_m` and `None`
+    /// The highest surface straight below `point_m` (z, m) and its obstacle: `floor_z_m` and `None`
     /// where there is no obstacle between.
     pub(crate) fn support_below_z_m(
         &self,

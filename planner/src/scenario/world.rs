@@ -1,7 +1,7 @@
 //! What a scenario means: bounds, obstacles, zones, air and the fleet, in SI units, z up.
 //!
 //! What was read has been checked: every number is finite and in range, every airframe is known.
-//! What is made by hand [`World::check`] holds against the same rules.
+//! [`World::check`] checks a world made by hand against the same rules.
 
 use airflow::effects::Effects;
 use airflow::{Air, Airframe, Convection, Flown, Jet, Superposition};

@@ -1,8 +1,8 @@
 //! Drones whose bodies touch very many others at one moment.
 //!
-//! What is judged of pairs grows with the square of such a crowd, and no way out of it is by one
-//! drone. Of each a few pairs are judged, the others of that moment are counted, and the crowd is
-//! left out of all other checks of pairs and of zones; the report says how many drones that are.
+//! The cost of judging pairs grows with the square of such a crowd, and no single drone can resolve
+//! it. Of each drone a few pairs are judged, the others of that moment are counted, and the crowd
+//! is left out of all other checks of pairs and of zones; the report gives its size.
 
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -14,8 +14,8 @@ use super::time::encounters::{Encounter, slabs};
 use super::violation::Found;
 use super::{CROWD, by_itself};
 
-/// Pairs that are judged of a crowd, and with drones after it of each of its drones at least, be
-/// they more: chosen here, some megabytes of them, and enough to see what is wrong.
+/// Pairs judged of a crowd, and the least per drone, with drones after it, even if that makes more:
+/// chosen here, some megabytes, and enough to see what is wrong.
 const PAIRS: usize = 8192;
 const LEAST_PAIRS: usize = 4;
 
@@ -30,8 +30,8 @@ pub(super) struct Crowds {
     pub(super) drones: usize,
 }
 
-/// Takes the drones out of a scene that touch very many others at the beginning of a slab of time,
-/// judged by themselves and with a few of those.
+/// Removes from a scene the drones that touch very many others at the beginning of a slab of time,
+/// each judged by itself and with a few of those.
 pub(super) fn set_aside(scene: &mut Scene<'_>) -> Crowds {
     let mut crowds = Crowds::default();
     let flights = scene.flights.len();
@@ -79,8 +79,8 @@ pub(super) fn set_aside(scene: &mut Scene<'_>) -> Crowds {
     crowds
 }
 
-/// Calls for each two of those not left out whose bodies touch at a moment (s), the earlier in the
-/// plan first.
+/// Calls `touch` for each two remaining drones whose bodies touch at a moment (s), the earlier in
+/// the plan first.
 fn each_touching(
     scene: &Scene<'_>,
     is_out: &[bool],

@@ -91,7 +91,7 @@ pub struct WorstAir {
     pub alpha: f64,
     /// Its limit.
     pub limit: f64,
-    /// Whose wake contributed most.
+    /// The drone with the strongest wake.
     pub from: Option<String>,
     /// When (s).
     pub at_s: f64,
@@ -133,7 +133,7 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let (mut scene, malformed) = contents::read(plan);
     let closest = scene.as_ref().and_then(nearest_bodies);
     let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
-    // What contradicts itself has no figures to compare, and of crowds they are not worked out.
+    // Contradictory plans have no figures to compare; those of crowds are not computed.
     let is_whole = malformed.is_empty() && crowds.drones == 0;
     let late = late && crowds.drones == 0;
     let found = (malformed, crowds);
@@ -227,7 +227,7 @@ fn arrives_s(plan: &Plan, drone: &DronePlan, stated_s: Option<f64>) -> f64 {
     arrival_s(drone, stated_s)
 }
 
-/// Gathers what is stated and does not follow.
+/// Gathers stated figures that do not follow.
 struct Differences<'a> {
     list: Vec<Difference>,
     /// How late each drone may be, where that was asked for.
@@ -236,7 +236,7 @@ struct Differences<'a> {
     /// Its plan with the arrivals that follow.
     examined: &'a Plan,
     report: &'a Report,
-    /// The plan as it was read, and who is near whom in it.
+    /// The plan as it was read, and which drones are near one another.
     judged_by: Option<(&'a Scene<'a>, &'a [Vec<Encounter>])>,
 }
 
@@ -276,7 +276,7 @@ impl Differences<'_> {
             self.number(None, "fleet.sum_alone_s", fleet.sum_alone_s, alone_s);
         }
         let slack_j = DOSE.0 * energy_j + 1e-6;
-        // The sum of what is stated of the drones, each held against what it meets, will do.
+        // The sum of the stated figures, each checked against its drone's exposure, suffices.
         let stated = claims.drones.iter().map(|it| it.extra_energy_j);
         let sums = fleet.extra_energy_j.zip(stated.sum::<Option<f64>>());
         if !sums.is_some_and(|(told_j, sum_j)| (told_j - sum_j).abs() <= slack_j) {
@@ -368,8 +368,8 @@ impl Differences<'_> {
         }
     }
 
-    /// When and from whom the highest air is stated to be: any moment at which it is as high will
-    /// do, with the strongest wake of that moment.
+    /// The stated time and emitter of the highest air: any moment at which it is as high is
+    /// accepted, with the strongest wake of that moment.
     fn worst(&mut self, k: usize, stated: &DroneClaims, slack_mps: f64) {
         let met = &self.report.exposures[k];
         let told_s = |at_s: Option<f64>| {
@@ -391,8 +391,8 @@ impl Differences<'_> {
         let there = (self.judged_by.zip(there_s))
             .and_then(|((scene, near), t_s)| air::at(scene, near, k, t_s));
         let (mean_mps, strongest) = there.unwrap_or((0.0, None));
-        // Where all that it meets, and is stated to meet, is within the slack, which hides what is
-        // that faint, any moment of its flight will do, and any other drone of the plan.
+        // Where the drone's found and stated air are within the slack, which hides such faint
+        // wakes, any moment of its flight and any other drone of the plan are accepted.
         let is_hidden = |air_mps: f64| air_mps > 0.0 && air_mps.max(met.worst_air_mps) <= slack_mps;
         let is_faint = stated.worst_air_mps.is_some_and(is_hidden);
         let mut drones = self.file.plan.drones.iter().enumerate();
@@ -462,8 +462,7 @@ impl Differences<'_> {
         }
     }
 
-    /// When the highest air of a zone is stated to be: any moment at which it may be as high will
-    /// do.
+    /// The stated time of a zone's highest air: any moment at which it may be as high is accepted.
     fn zone_moment(&mut self, stated: &ZoneAir, found: &ZoneAir, slack_mps: f64) {
         let Some(at_s) = stated.worst_air_at_s else {
             return;

@@ -96,7 +96,7 @@ pub(crate) struct Flight {
     pub(crate) slowest: FarField,
 }
 
-/// What a trajectory is held to that claims to be smooth.
+/// What a trajectory must meet that claims to be smooth.
 #[derive(Clone, Copy)]
 pub(crate) struct Smooth {
     /// m/s²; `None`: not limited.

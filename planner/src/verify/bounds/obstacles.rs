@@ -341,7 +341,7 @@ fn closed_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vec<T
     let triangles = triangles.iter().map(|it| [0, 1, 2].map(|k| corner(&it[k])));
     let has_sides = |[a, b, c]: &Triangle| a != b && b != c && c != a;
     let triangles: Vec<Triangle> = triangles.filter(has_sides).collect();
-    // Each edge from its lower place to its higher, whether it is walked that way, and by whom.
+    // Each edge from its lower to its higher place, whether it is walked so, and its triangle.
     let edges = triangles.iter().enumerate().flat_map(|(by, [a, b, c])| {
         [(a, b), (b, c), (c, a)].map(|(from, to)| {
             let (from, to) = (bits(from), bits(to));

@@ -60,7 +60,7 @@ pub(crate) const COARSE_M: f64 = 0.25;
 pub(crate) struct Advected<'a> {
     /// Index in the scene's flights.
     pub(crate) from: usize,
-    /// Whose air it is.
+    /// The emitter.
     flight: &'a Flight,
     /// Lags: least and greatest delay over that at the centreline's speed.
     lags: Span,

@@ -1,8 +1,8 @@
 //! The two bodies that come nearest to one another, of all pairs of which at least one flies:
 //! drones that stand side by side on the ground do not approach.
 //!
-//! In each slab of time those are looked at whose boxes are within a distance of one another. If
-//! none are as near as that all along, the distance grows.
+//! In each slab of time the drones are compared whose boxes are within a distance of one another.
+//! If none are that near in any slab, the distance grows.
 
 use rayon::prelude::*;
 
@@ -95,7 +95,7 @@ fn during(scene: &Scene<'_>, span_s: Span, within_m: f64) -> Option<Nearest> {
             let (a, b) = (&one.places_m, &other.places_m);
             let apart_m = (a.0 - b.1).sup(&(b.0 - a.1)).map(|it| it.max(0.0)).norm();
             let most_m = nearest.map_or(within_m, |it| it.gap_m);
-            // Two that fly are looked at once.
+            // Two flying drones are paired once.
             let is_seen = other.flight == one.flight || other.flies && other.flight < one.flight;
             let least_m = apart_m - one.radius_m - other.radius_m;
             if !is_seen && (least_m < most_m || nearest.is_none() && least_m == most_m) {

@@ -1,10 +1,9 @@
 //! The pairs of drones that can touch, or reach one another with their wakes, and when: slabs of
 //! time, swept along x.
 //!
-//! Two drones are near one another in a slab if the boxes of their motions in it are, level
+//! Two drones are near one another in a slab if the boxes of their motions in it are: level
 //! distance against the sum of body radii, and against the reach of either wake down to the other
-//! and its rotor tips. What is not near here is not looked at by any check of pairs; a reach errs
-//! outwards.
+//! and its rotor tips. No check of pairs looks at drones that are not near; a reach errs outwards.
 
 use std::sync::Arc;
 
@@ -35,7 +34,7 @@ pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>>
     encounters_of(scene, apart_s, &|_| true)
 }
 
-/// Those of pairs of which at least one flight is asked for.
+/// Encounters of pairs of which at least one flight is asked for.
 pub(crate) fn encounters_of(
     scene: &Scene<'_>,
     apart_s: f64,
@@ -115,12 +114,11 @@ const SLABS_AT_A_TIME: usize = 8;
 /// A pair that is near since a time (s).
 type Open = ((u32, u32), f64);
 
-/// How far the air of each flight reaches: beyond, it is fainter than what counts, at any of its
-/// masses.
+/// How far the air of each flight reaches: beyond, it is too faint to count, at any of its masses.
 struct Reach {
     /// Different wakes of each flight.
     wakes: Vec<Vec<Arc<BoundedWake>>>,
-    /// Beyond both bodies, for what each may be off its path (m).
+    /// Beyond both bodies, how far each may be off its path (m).
     tracking_m: f64,
     /// Two flights farther apart than this do not meet (m).
     farthest_m: f64,
@@ -179,8 +177,8 @@ fn pairs_during(
     pairs
 }
 
-/// Whether two flights may touch in a span of time (s), or air that has not left longer ago than it
-/// takes down to the other may reach it.
+/// Whether two flights may touch in a span of time (s), or air that left no longer ago than its
+/// delay down to the other may reach it.
 fn meet_advected(
     scene: &Scene<'_>,
     (a, b): (u32, u32),

@@ -1,5 +1,5 @@
-//! Continuous time: who is near whom, what a receiver is exposed to between two break points, air
-//! that arrives with a delay, and the subdivision that finds what is highest.
+//! Continuous time: which drones are near one another, what a receiver is exposed to between two
+//! break points, advected air, and the subdivision that finds maxima.
 //!
 //! Time is in seconds since the plan begins. A span is cut wherever a drone changes its piece,
 //! takes off, lands or leaves, so that within a [window](window::Window) every motion is one

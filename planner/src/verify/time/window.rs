@@ -32,7 +32,7 @@ const NEAR_M: f64 = 0.1;
 
 /// A wake that may reach the receiver.
 pub(crate) struct Passing<'a> {
-    /// Whose wake it is, during one piece.
+    /// The emitter, during one piece.
     pub(crate) emitter: Attached<'a>,
     /// The receiver's centre as seen from the emitter's.
     pub(crate) relative: Motion,
@@ -53,7 +53,7 @@ pub(crate) struct Window<'a> {
     pub(crate) passing: Vec<Passing<'a>>,
     /// Where a finding has wakes advected: those whose air may arrive in this window.
     advected: Vec<Advected<'a>>,
-    /// Whose discs are exposed.
+    /// The exposed drone.
     receiver: &'a Flight,
     /// Of its centre, one formula over the span.
     motion: Motion,
