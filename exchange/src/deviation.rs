@@ -14,7 +14,7 @@ pub(crate) const RATE_HZ: f64 = 20.0;
 pub struct Deviation {
     /// m.
     pub largest_m: f64,
-    /// Whose.
+    /// The drone.
     pub drone: String,
     /// When (s).
     pub at_s: f64,

@@ -159,7 +159,7 @@ struct Exported {
     #[serde(default)]
     axes: Option<AxesRead>,
     drones: Vec<DroneNamed>,
-    /// Whose each file is: the first in `drones` that names it.
+    /// The drone of each file: the first in `drones` that names it.
     #[serde(skip)]
     of_file: BTreeMap<String, usize>,
 }
@@ -306,7 +306,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
 #[derive(Default)]
 struct Homes {
     beside: usize,
-    /// By how much (m), and whose.
+    /// By how much (m), and the drone.
     farthest: (f64, String),
 }
 

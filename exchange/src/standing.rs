@@ -1,5 +1,5 @@
-//! What becomes of a plan in formats in which every drone is there from the beginning to the end:
-//! who comes later stands at its first place until then, who leaves stands at its last.
+//! Plans in formats in which every drone is there from the beginning to the end: a drone that comes
+//! later stands at its first place until then, one that leaves stands at its last.
 
 use planner::Plan;
 use planner::plan::{AtEnd, AtStart, DronePlan, Violation};
@@ -16,7 +16,7 @@ fn standing(drone: &DronePlan) -> Option<DronePlan> {
     let mut drone = drone.clone();
     let (from_s, until_s) = drone.airborne_s;
     let path = &mut drone.trajectory;
-    // Who has come down, or was never up, lies where it is.
+    // A drone that has come down, or was never up, lies where it is.
     let is_up = until_s.is_none_or(|it| it > from_s && Some(it) >= path.t_s.last().copied());
     if leaves && is_up {
         (drone.at_end, drone.airborne_s.1) = (AtEnd::Hover, None);

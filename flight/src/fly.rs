@@ -448,7 +448,7 @@ impl Setting<'_> {
         }
     }
 
-    /// Who flies, and the air that they leave.
+    /// Which drones fly, and their new air.
     fn leave_air(&self, pilots: &mut [Pilot], emitters: &mut [Emitter], t_s: f64) {
         let crafts = &self.fleet.crafts;
         for (pilot, craft) in pilots.iter_mut().zip(crafts) {
@@ -543,7 +543,7 @@ impl Setting<'_> {
                 let planned = (at_s, reference.position_m);
                 pilot.tally.tracking(&craft.course, planned, &pilot.body);
             }
-            // Who hovers on at its end draws as much as before.
+            // A drone that hovers on at its end draws as much as before.
             let is_told = counts && at_s <= self.fleet.last_s;
             self.move_on(pilot, craft, &reference, (step_s, is_told, hover_mps));
         }

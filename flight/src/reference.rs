@@ -112,7 +112,7 @@ impl Course {
     }
 
     /// How far a place is from the path that is planned from [`ABOUT_S`] before a time (s) to as
-    /// much after it; at both ends it leads straight on, so that who stops too late is beside it by
+    /// much after it; at both ends the path is extended straight, so that stopping too late adds
     /// nothing. An upper bound where that is no more than is `known_m` already.
     pub(crate) fn across_m(&self, t_s: f64, place_m: &Point3<f64>, known_m: f64) -> f64 {
         let there = self.at(t_s);

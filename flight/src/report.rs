@@ -142,7 +142,7 @@ pub struct DroneFlight {
     pub worst_alpha: f64,
     /// When (s).
     pub worst_at_s: Option<f64>,
-    /// Whose air most of it was.
+    /// The drone that most came from.
     pub worst_from: Option<String>,
     /// Highest mean of alpha over 0.24 s.
     pub worst_mean_alpha: f64,
@@ -169,7 +169,7 @@ pub struct DroneFlight {
     pub altitude_rms_by_air_m: f64,
     /// Least gap to another body (m); absent: none came within 2 m.
     pub least_gap_m: Option<f64>,
-    /// Whose.
+    /// To which.
     pub least_gap_to: Option<String>,
     /// When (s).
     pub least_gap_at_s: Option<f64>,

@@ -1,24 +1,23 @@
-//! One site, several planners: each plans the drones of an area of its own, around what the
-//! neighbours have said that theirs fly.
+//! One site, several planners: each plans the drones of its own area, around what the neighbours
+//! have said that their drones fly.
 //!
-//! Areas overlap by a strip in which drones change hands. What an [`Area`] plans there, its
-//! neighbours look at before it is flown: it is proposed with the moment from which it is to hold,
-//! every neighbour whose world it comes near holds it against its own plan by the verifier, and
-//! keeps room for it until it is told what became of it; it is flown once all have agreed, and
-//! dropped where one has not, or has said nothing by then. So two areas never fly what was planned
-//! at the same time without knowing of one another, however long messages take.
+//! Areas overlap by a strip in which drones are handed over. Before an [`Area`] flies a change
+//! there, it proposes it to its neighbours with the moment from which it is to hold. Every
+//! neighbour whose world the change comes near checks it against its own plan by the verifier, and
+//! keeps room for it until it hears the outcome. The change is flown once all have agreed, and
+//! dropped if one refuses or has said nothing by then. So two areas never fly plans made at the
+//! same time without knowing of one another, however long messages take.
 //!
-//! What has happened (a drone is late, has failed, is gone) is not asked but told: the neighbours
-//! give way to it.
+//! What has happened (a drone is late, has failed, is gone) is not proposed but told: the
+//! neighbours replan around it.
 //!
 //! A drone is handed over where it hovers in the strip: its planner offers it, the neighbour
-//! proposes a plan that takes it, and with that plan it is the neighbour's. Whoever has agreed to
-//! that and hears no more keeps room for both.
+//! proposes a plan that takes it, and with that plan owns it. A planner that has agreed to the
+//! proposal and hears no more keeps room for both.
 //!
-//! A neighbour that says nothing keeps its last wakes in the plan, and nothing is changed near its
-//! world. After the last moment for which it has spoken its drones come down in its area, and
-//! nothing is planned within reach of that any more until it is heard again, but to land there or
-//! to go away from it.
+//! A silent neighbour's last wakes stay in the plan, and nothing is changed near its world. After
+//! the last moment for which it has spoken its drones come down in its area, and nothing is planned
+//! within reach of it until it is heard again, except to land there or to leave.
 //!
 //! In this order: `message`, what neighbours say to one another; [`Neighbours`], how it gets there,
 //! with one implementation within a process; `site`, the areas and what is near them;
@@ -148,27 +147,27 @@ pub enum Record {
     Noted {
         /// When (s).
         at_s: f64,
-        /// Whose.
+        /// Which neighbour.
         from: String,
         /// The number of the proposal, or the last one that it has settled.
         number: u64,
         /// What they fly.
         drones: Vec<planner::plan::DronePlan>,
-        /// Own drones have given way.
+        /// Own drones were replanned around it.
         gave_way: bool,
     },
     /// A proposal was agreed to, and room is kept for it.
     Agreed {
-        /// Whose.
+        /// Which neighbour.
         from: String,
-        /// Which.
+        /// The proposal.
         proposal: message::Proposal,
     },
     /// It was dropped.
     Dropped {
-        /// Whose.
+        /// Which neighbour.
         from: String,
-        /// Which.
+        /// Which proposal.
         number: u64,
     },
     /// A neighbour has said up to which proposal it knows what was taken from it.
@@ -185,9 +184,9 @@ pub enum Record {
     },
     /// A drone was offered to a neighbour.
     Offered {
-        /// To whom.
+        /// Which neighbour.
         to: String,
-        /// Which, and what is left for it to do.
+        /// The drone, and its remaining tasks.
         offer: message::Offer,
     },
     /// An offer was taken back.

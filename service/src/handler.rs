@@ -432,7 +432,7 @@ enum Failed {
 
 /// What positions say of the drones.
 struct Sighting {
-    /// Who is there.
+    /// The drones that are there.
     seen: Vec<String>,
     late: Vec<OneChange>,
     off_path: Vec<OffPath>,

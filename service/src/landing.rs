@@ -20,7 +20,7 @@ const PER_METRE: f64 = 1e9;
 /// Landing places for all drones that fly at a moment.
 pub(crate) struct Landings {
     all: Vec<Landing>,
-    /// Who stands on the ground and is to stay there.
+    /// Drones that stand on the ground and are to stay there.
     grounded: Vec<String>,
     /// Columns that are taken for good: where, and the body's radius (m).
     taken: Vec<(Point3<f64>, f64)>,
@@ -28,19 +28,19 @@ pub(crate) struct Landings {
     gap_m: f64,
 }
 
-/// One drone's.
+/// The landing of one drone.
 struct Landing {
     drone: String,
     radius_m: f64,
     /// Over which it can land (m), the nearest first.
     places: Vec<Point3<f64>>,
-    /// Of these, those that will not do.
+    /// Of these, the unsuitable ones.
     banned: BTreeSet<usize>,
     chosen: Option<usize>,
 }
 
 impl Landings {
-    /// Of a plan at a time (s). Who lands already, has left or is yet to come is not in it.
+    /// Of a plan at a time (s), without drones that already land, have left or are yet to come.
     pub(crate) fn of(running: &Running, at_s: f64) -> Landings {
         let (plan, world) = (running.flown(), running.world());
         let planning = &world.planning;
@@ -144,7 +144,7 @@ impl Landings {
         flying.chain(grounded).map(land).collect()
     }
 
-    /// Those that fly, and for which there is no place.
+    /// Flying drones without a place.
     pub(crate) fn without(&self) -> Vec<String> {
         let without = self.all.iter().filter(|it| it.chosen.is_none());
         without.map(|it| it.drone.clone()).collect()

@@ -391,7 +391,7 @@ pub struct Seen {
     pub off_path: Vec<OffPath>,
 }
 
-/// Who lands, and who does not.
+/// Drones that land, and drones that do not.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Landing {
     /// Of the plan with this patch.

@@ -9,7 +9,7 @@ use planner::plan::{DronePlan, Margins};
 const MEASURED_M: f64 = 0.1;
 /// Step with which delays are tried (s): the tick of the planner.
 const TICK_S: f64 = 0.01;
-/// Longest delay that is looked for (s). Chosen here: who is later than this is to be told a task.
+/// Longest delay that is looked for (s). Chosen here: a later drone is to be given a task.
 const LATEST_S: f64 = 120.0;
 /// How much further than its highest speed allows a position may be from the one before (m).
 /// Chosen here: a switch of the positioning system, or a gust.

@@ -84,7 +84,7 @@ struct Timing {
     searches: u64,
     /// States expanded over all searches.
     expansions: u64,
-    /// Drones whose path was taken back for another's.
+    /// Evictions: planned paths withdrawn for other drones.
     evictions: u64,
     /// PIBT rounds, where the floor is crowded.
     steps_together: u64,
@@ -106,7 +106,7 @@ struct Printed<'a> {
     /// either. Of a plan it stands in the plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     ignoring_downwash: Option<Option<IgnoringDownwash>>,
-    /// Where drones wait most, and for whom.
+    /// Where drones wait most, and for which drones.
     #[serde(skip_serializing_if = "Option::is_none")]
     bottlenecks: Option<Bottlenecks>,
     /// What each drone takes of its battery.

@@ -11,8 +11,8 @@ use super::failure::Failure;
 pub(crate) struct Journal {
     file: File,
     path: PathBuf,
-    /// The file that had the name before, locked for as long as this: who opened it just before it
-    /// lost its name must not write to it.
+    /// The file that had the name before, locked for as long as this: a process that opened it just
+    /// before it lost its name must not write to it.
     _before: Option<File>,
 }
 

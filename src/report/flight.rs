@@ -1,4 +1,4 @@
-//! A flight as people read it: who meets too much air, who touches, what feed-forward is good for.
+//! A flight in words: drones with too much air, contacts, the benefit of feed-forward.
 
 use flight::feed_forward::FeedForward;
 use flight::paper::{Paper, PaperRow};

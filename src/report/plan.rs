@@ -213,7 +213,7 @@ fn moves(plan: &Plan, name: &str) -> bool {
     places_m.iter().any(|place_m| *place_m != places_m[0])
 }
 
-/// For whom and where drones wait most.
+/// For which drones and where drones wait most.
 fn waits(bottlenecks: &Bottlenecks) -> Option<String> {
     // Without a place drones only hold their goals until a time.
     if bottlenecks.waits_s < TELL_WAITS_FROM_S || bottlenecks.places.is_empty() {

@@ -1,4 +1,4 @@
-//! Where a fleet waits most, and for whom: what is told of it.
+//! Where a fleet waits most, and for which drones, in words.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ const PLACE_M: f64 = 2.0;
 /// Bottlenecks of each kind that are told, chosen here.
 const MOST_TOLD: usize = 3;
 
-/// Where a fleet waits most, and for whom.
+/// Where a fleet waits most, and for which drones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Bottlenecks {
     /// All waits together (s).

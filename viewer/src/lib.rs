@@ -49,7 +49,7 @@ impl<'a> View<'a> {
         View { untold, ..self }
     }
 
-    /// Where and for whom the fleet waits most.
+    /// Where and for which drones the fleet waits most.
     pub fn bottlenecks(&self) -> Bottlenecks {
         Bottlenecks::of(self.plan, &self.waits.stops)
     }

@@ -1,6 +1,6 @@
-//! Which drones stop, for how long, and for whom: told in the page, and in reports as bottlenecks.
+//! Which drones stop, how long, and for which drone: in the page, and in reports as bottlenecks.
 //!
-//! For whom is a picture's measure of distances along paths. `plan explain` asks the verifier.
+//! The cause is a picture's measure of distances along paths. `plan explain` asks the verifier.
 
 use nalgebra::Point3;
 use planner::World;
@@ -49,7 +49,7 @@ pub struct Stop {
     pub until_s: f64,
     /// `dwell`, `wait`, or `stop` where that is not known.
     pub what: &'static str,
-    /// Which drone it waits for; `None`: no one drone is in its way.
+    /// Which drone it waits for; `None`: no single drone blocks it.
     pub waits_for: Option<usize>,
     /// Of a wait, how much later the drone is for it (s): its part of what the plan says that the
     /// drone waits ([`DronePlan::waits_s`]). A smooth path is slow for longer than it is late. 0 of
@@ -101,7 +101,7 @@ impl Waits {
     }
 }
 
-/// Stops between two moves, in order, and which are dwells at a task; for whom is not asked.
+/// Stops between two moves, in order, and which are dwells at a task; without causes.
 pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
     let path = &plan.drones[drone].trajectory;
     let points = path.t_s.len().min(path.position_m.len());
@@ -206,7 +206,7 @@ fn share(drone: &DronePlan, stops: &mut [Stop]) {
     };
     let each_s: Vec<f64> = stops.iter().map(takes_s).collect();
     let all_s: f64 = each_s.iter().sum();
-    // Who arrives as early as alone waits for none.
+    // A drone that arrives as early as alone waits for none.
     let is_as_alone = drone.alone_s > 0.0 && drone.arrives_s - drone.alone_s < SAME_TIME_S;
     let counted_s = match drone.waits_s > 0.0 || is_as_alone {
         true => drone.waits_s.min(all_s),

@@ -181,7 +181,7 @@ fn answer(session: &Session, link: &Link, borders: &Borders) -> Result<Queryable
             let is_asked = zenoh::key_expr::KeyExpr::try_from(key.clone())
                 .is_ok_and(|it| query.key_expr().intersects(&it));
             if is_asked {
-                // Who has asked and gone gets none.
+                // An asker that is gone gets none.
                 let _ = query.reply(key, text).wait();
             }
         }

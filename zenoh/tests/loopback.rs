@@ -1,4 +1,4 @@
-//! Several planners over loopback: what they fly together is sound, whoever is killed or cut off.
+//! Planners over loopback: their joint plan is sound, whichever of them is killed or cut off.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -41,11 +41,11 @@ pub struct Counts {
     pub taken: u64,
     /// Proposals of neighbours agreed to, and not.
     pub votes: [u64; 2],
-    /// Times that own drones gave way to what had happened.
+    /// Times that own drones were replanned for events.
     pub gave_way: u64,
     /// From proposal to agreement of all (s), each of the last ones.
     pub agreed_in_s: VecDeque<f64>,
-    /// What neighbours said last that cannot be, with who said it.
+    /// Impossible statements of neighbours, the last ones, with the neighbour.
     pub contradictions: VecDeque<(String, String)>,
 }
 
@@ -57,7 +57,7 @@ fn keep<T>(all: &mut VecDeque<T>, one: T) {
     }
 }
 
-/// What this planner has proposed.
+/// A proposal of this planner.
 #[derive(Clone, Debug)]
 struct Mine {
     proposal: Proposal,
@@ -65,9 +65,9 @@ struct Mine {
     candidate: Running,
     changes: Vec<OneChange>,
     took: Option<Offer>,
-    /// Whose vote is missing.
+    /// Missing votes.
     missing: BTreeSet<String>,
-    /// All that were asked.
+    /// All neighbours that were asked.
     asked: BTreeSet<String>,
 }
 
@@ -128,7 +128,7 @@ impl Area {
         &self.name
     }
 
-    /// What the drones of its plan fly, without what air they meet.
+    /// What the drones of its plan fly, without exposures.
     pub fn drones(&self) -> &[DronePlan] {
         &self.running.flown().drones
     }
@@ -159,8 +159,8 @@ impl Area {
         std::mem::take(&mut self.records)
     }
 
-    /// Changes the own drones from [`Site::lead_s`] on: at once where no neighbour is concerned,
-    /// else proposed. `true`: it is flown.
+    /// Changes the own drones from [`Site::lead_s`] on: at once where no neighbour is affected,
+    /// else by a proposal. `true`: it is flown.
     ///
     /// # Errors
     /// Why not; then nothing has changed.
@@ -169,7 +169,7 @@ impl Area {
     }
 
     /// What has happened to own drones (late, failed, removed): it is flown already. The neighbours
-    /// are told, and give way.
+    /// are told, and replan around it.
     ///
     /// # Errors
     /// The changes are not in order; then nothing has changed.
@@ -242,8 +242,8 @@ impl Area {
         self.known.offers(drone)
     }
 
-    /// What has to be done as time goes by: proposals that were not agreed to in time are dropped,
-    /// neighbours are told of the border, offers are taken.
+    /// The work due as time passes: drops proposals not agreed to in time, sends neighbours the
+    /// border, takes offers.
     pub fn tick(&mut self, now_s: f64) {
         if (self.mine.as_ref()).is_some_and(|it| now_s >= it.proposal.from_s) {
             self.drop_mine();
@@ -282,7 +282,7 @@ impl Area {
         }
     }
 
-    /// Hears what a neighbour says. What cannot be is refused: the neighbour's last wakes stay.
+    /// Handles a neighbour's message. An impossible one is refused: its last wakes stay.
     pub fn receive(&mut self, now_s: f64, message: &Message) {
         let from = &message.from;
         if message.to != self.name || !self.known.has(from) {
@@ -413,7 +413,7 @@ impl Area {
         Ok(false)
     }
 
-    /// The plan with changes, and who flies something else.
+    /// The plan with changes, and the drones that fly something else.
     fn planned(
         &self,
         at_s: f64,
@@ -477,7 +477,7 @@ impl Area {
         }))
     }
 
-    /// Whether the verifier finds nothing new of own drones, those that come among them.
+    /// Whether the verifier finds nothing new of own drones, those that come included.
     fn is_sound(
         &self,
         candidate: &Running,
@@ -629,7 +629,7 @@ impl Area {
         self.noted(now_s, (from, border.settled), &other)
     }
 
-    /// A neighbour's drones fly something else; own ones give way where they must.
+    /// A neighbour's drones fly something else; own drones are replanned where they must be.
     fn noted(
         &mut self,
         now_s: f64,
@@ -703,7 +703,7 @@ impl Area {
         self.records.push(record);
     }
 
-    /// Tells those neighbours that it may matter to.
+    /// Tells the neighbours that it may matter to.
     fn tell_fact(&mut self, before: &Running, changed: &[String]) {
         for area in self.known.names() {
             let matters = |name: &String| {

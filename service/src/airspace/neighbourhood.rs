@@ -1,9 +1,9 @@
-//! What one planner knows of its neighbours, and whose drones are whose.
+//! What one planner knows of its neighbours, and which planner owns which drone.
 //!
-//! A planner answers for every drone that is not known to be a neighbour's. A hand-over leaves
-//! traces here until both sides know of it: an own drone is offered; a neighbour's proposal that
-//! takes it was agreed to, so that it is promised; one that was taken is owed to the planner that
-//! had it, whose borders may speak of it as their own until that planner has heard of it.
+//! A planner owns every drone that is not known to be a neighbour's. A hand-over leaves traces here
+//! until both sides know of it: an own drone is offered; it is promised once this planner has
+//! agreed to a neighbour's proposal that takes it; a drone that was taken is owed to its former
+//! planner, whose borders may list it as their own until that planner has heard of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -77,14 +77,14 @@ pub(super) struct Neighbourhood {
     /// A plan without drones, by which parts of it are judged.
     rules: Plan,
     all: BTreeMap<String, Neighbour>,
-    /// Drones that are not its own, and whose they are.
+    /// Drones of neighbours, and the owner of each.
     theirs: BTreeMap<String, String>,
-    /// Own drones that are offered, to whom, and with what.
+    /// Own drones that are offered, the receiving area, and the offer.
     offered: BTreeMap<String, (String, Offer)>,
-    /// Drones that can be taken, and from whom: as neighbours' last borders say.
+    /// Drones that can be taken, and their area: as neighbours' last borders say.
     offers: Vec<(String, Offer)>,
-    /// Drones that were taken, and from whom, by which proposal: until that neighbour knows, and
-    /// whichever planner has them by then.
+    /// Drones that were taken, from which area, by which proposal: until that neighbour knows, and
+    /// whichever planner owns them by then.
     owed: BTreeMap<(String, String), u64>,
 }
 
@@ -266,7 +266,7 @@ impl Neighbourhood {
         }
     }
 
-    /// The neighbours whose votes a plan needs that is to be flown in place of another.
+    /// The neighbours whose votes a plan needs that is to replace another.
     pub(super) fn asked(
         &self,
         now_s: f64,
@@ -296,7 +296,7 @@ impl Neighbourhood {
                     asked.insert(area.clone());
                 }
                 Some(_) if neighbour.until_s < now_s => {
-                    // It is not there to be asked; who goes away from its world may.
+                    // It cannot be asked; a drone that flies away from its world may.
                     let is_nearer = |name: &String| {
                         let beside_m = |it: Option<&DronePlan>| self.site.beside_m(it?, area, at_s);
                         let [new, old] = new_and_old(name).map(beside_m);
@@ -359,8 +359,8 @@ impl Neighbourhood {
         { found }.find(counts).map(|it| it.to_string())
     }
 
-    /// What stands between a neighbour's proposal and a plan, with those that come among its
-    /// drones.
+    /// Conflicts between a neighbour's proposal and a plan, whose own drones include those that
+    /// come.
     pub(super) fn in_the_way(
         &self,
         plan: &Plan,
@@ -574,7 +574,7 @@ impl Neighbourhood {
                 continue;
             };
             let is_there = extent(known, at_s).is_some();
-            // One that has left is no longer in the way of its name.
+            // A drone that has left no longer blocks its name.
             let is_own = self.owns(name) && is_there;
             if takes != Some(name) && (is_own || self.owes(name, from)) {
                 let owner = self.theirs.get(name).unwrap_or(&self.name);
@@ -692,8 +692,7 @@ fn gone(entry: &DronePlan, at_s: f64) -> DronePlan {
     entry
 }
 
-/// How far a place is from where a drone was up to a time (s), which is where it may be that is
-/// late (m).
+/// How far a place is from the path of a drone up to a time (s), where it may be if it is late (m).
 fn off_m(entry: &DronePlan, until_s: f64, at_m: &Point3<f64>) -> f64 {
     let flown = &entry.trajectory;
     let points = flown.t_s.iter().zip(&flown.position_m);

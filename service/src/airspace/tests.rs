@@ -116,7 +116,7 @@ impl Run {
     }
 }
 
-/// One plan of all drones, each as its planner has it: of one that two answer for, as who took it.
+/// One plan of all drones, each as its planner has it; one with two owners as the taking one.
 fn union<'a>(areas: impl Iterator<Item = &'a Area>, whole_m: &Bounds) -> Plan {
     let mut plan: Option<Plan> = None;
     let mut drones: BTreeMap<String, DronePlan> = BTreeMap::new();

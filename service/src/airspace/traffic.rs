@@ -160,7 +160,7 @@ pub struct Traffic {
     draws: Draws,
     /// Of a hundred tasks so many lead to a neighbour.
     crossing: usize,
-    /// Drones on their way to the strip, and who takes them.
+    /// Drones on their way to the strip, and the area that takes each.
     to: BTreeMap<String, String>,
     /// Changes that were not made, by why.
     refused: BTreeMap<&'static str, u64>,
@@ -242,7 +242,7 @@ impl Traffic {
         }
     }
 
-    /// Offers the drones whose plans lead to the strip; those whose plans do not are forgotten.
+    /// Offers the drones whose plans lead to the strip; the others are forgotten.
     fn offer(&mut self, area: &mut Area) {
         if area.is_busy() {
             return;

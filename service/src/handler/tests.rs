@@ -860,7 +860,7 @@ fn those_that_land_already_are_left_as_they_are_however_often_it_is_asked() {
 
 #[test]
 fn one_that_has_no_place_to_land_is_named_and_goes_on() {
-    // On the floor there is room for two, who stand there.
+    // On the floor there is room for the two drones that stand there.
     let mut service = open(
         r#"Scenario(
   name: "shaft",

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Places, at most half of them for one address: who floods leaves others the rest.
+/// Places, at most half of them for one address: a flood leaves others the rest.
 #[derive(Debug)]
 pub(super) struct Places {
     most: usize,

@@ -39,8 +39,8 @@ struct Inner {
     kept: VecDeque<(String, Bytes)>,
     bytes: usize,
     listeners: Vec<Sender<Bytes>>,
-    /// Of all that a journal keeps of this plan so far: who knows the last event by name has seen
-    /// it all.
+    /// Of all that a journal keeps of this plan so far: a listener that knows the last event by
+    /// name has seen it all.
     digest: [u8; 32],
     /// Of the last event.
     name: Option<String>,

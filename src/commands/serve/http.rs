@@ -250,7 +250,7 @@ fn work(
         }
         let code = answer.error.as_ref().map(|it| it.code);
         figures.answered(method, &code.map_or("ok".to_owned(), Code::name));
-        // Who has gone since does not read what is in the plan.
+        // A client that has gone does not read what is in the plan.
         let _ = job.reply.send((code, bytes_of(&answer)));
     }
     Ok(service)

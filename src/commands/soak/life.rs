@@ -252,7 +252,7 @@ impl Life {
                 let drone = self.one(taken, flies).filter(|it| *it != self.model)?;
                 Some((drone.clone(), json!({"fail": {"drone": drone}})))
             }
-            // Who has landed, or lies there, is carried off.
+            // A drone that has landed, or lies there, is carried off.
             _ => {
                 let drone = self.one(taken, |it| !hovers(it) && since(it, LIES_S))?;
                 Some((drone.clone(), json!({"remove": {"drone": drone}})))

@@ -12,7 +12,7 @@ use crate::plots::canvas::{BOLD, Canvas, Letters, circle, dashed, fill, polyline
 use crate::plots::colours::{AIR, Colour, PAPER, WORST};
 
 /// A drone that stays this long in one place hovers there (s), chosen here: shorter stops would
-/// fill the picture with the wakes of drones that give way.
+/// fill the picture with the wakes of drones that wait.
 const HOVERS_FROM_S: f64 = 3.0;
 /// Less air than this (m/s) prints as 0.0 and has no worst moment.
 const LEAST_AIR_MPS: f64 = 0.05;

@@ -70,9 +70,9 @@ pub struct Figures {
     pub searches: u64,
     /// States expanded over all searches.
     pub expansions: u64,
-    /// Drones whose path was taken back for another's.
+    /// Evictions: paths withdrawn for other drones.
     pub evictions: u64,
-    /// PIBT rounds: steps of the whole fleet together, where the floor is crowded.
+    /// PIBT rounds, where the floor is crowded.
     pub steps_together: u64,
     /// Sum of costs (s).
     pub sum_of_arrivals_s: f64,

@@ -263,7 +263,7 @@ fn steps_alone(flat: &Grid, [x, y, _]: [usize; 3], [to_x, to_y, _]: [usize; 3]) 
 /// The plan of paths over the floor, as a plan.json.
 ///
 /// A step of a metre goes up or down a metre at most, and takes as long as the slowest drone takes
-/// for that; who has farther to climb goes on above or below its goal.
+/// for that; a drone with farther to climb goes on above or below its goal.
 fn flown(world: &World, grid: &Grid, paths: &[Vec<Cell>]) -> serde_json::Value {
     let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
     let step_s = f64::sqrt(2.0) / speeds.fold(f64::INFINITY, f64::min);
@@ -301,7 +301,7 @@ fn flown(world: &World, grid: &Grid, paths: &[Vec<Cell>]) -> serde_json::Value {
 /// What a peer makes of the instances of a row.
 #[derive(Debug, Serialize)]
 pub struct PeerRow {
-    /// Who.
+    /// The peer.
     pub peer: Peer,
     /// One for each seed, or why there are none.
     pub runs: Vec<Result<PeerFigures, String>>,

@@ -14,7 +14,7 @@ pub use true_jet::{TrueJet, TrueProfile};
 /// A synthetic grid flight. Every number may be changed before it is flown.
 #[derive(Clone, Debug)]
 pub struct HoverGrid {
-    /// Who flies.
+    /// The drone.
     pub airframe: Airframe,
     /// The mean air below it.
     pub jet: TrueJet,

@@ -381,7 +381,7 @@ fn crash(
     let Some(&tipped) = keep.iter().find(is_tipped) else {
         return;
     };
-    // Who lies on the ground for longer than the flight took is not told from it: both are named.
+    // A drone on the ground for longer than the flight took looks the same: both are named.
     if 2 * keep.iter().filter(is_tipped).count() > keep.len() {
         let message = format!(
             "its tilt is beyond {:.0} deg in more than half of the rows",

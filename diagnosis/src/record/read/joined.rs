@@ -14,7 +14,7 @@ use crate::record::remark::{Remark, RemarkKind};
 /// One of the logs of a flight.
 #[derive(Debug)]
 pub struct JoinedLog<R> {
-    /// Whose it is, as the campaign calls it.
+    /// The vehicle, as the campaign calls it.
     pub vehicle: String,
     /// Its name without its ending, as in the campaign's `starts_s`.
     pub log: String,

@@ -45,7 +45,7 @@ const MOST_LISTED: usize = 30;
 enum Is {
     /// That, in so many SI.
     A(Role, f64),
-    /// Whose the numbers that follow are.
+    /// The vehicle of what follows.
     Name,
     /// The frames of pose and velocity.
     Frame,

@@ -79,7 +79,7 @@ pub(super) fn probes(
             speed_mps: at(5),
         });
     }
-    // Whose readings they are is not known otherwise.
+    // Otherwise the readings' probes are unknown.
     if are_numbered {
         judge(&mut samples, (instrument, floor_z_m), found);
     }

@@ -317,7 +317,7 @@ fn judged(
         }
         let own = now.values().map(|(own, _)| own);
         answers.look(at_s, away_s, own);
-        // Of a drone that two answer for, as who took it has it.
+        // A drone that two planners own, as its new owner has it.
         let mut drones: BTreeMap<&str, &DronePlan> = BTreeMap::new();
         for it in now.values().flat_map(|(_, known)| known.values()) {
             let ends_s = |it: &DronePlan| it.trajectory.t_s.last().copied();
