@@ -272,7 +272,7 @@ pub enum ExportError {
         /// What is wrong with it.
         error: ReadError,
     },
-    /// The files are farther from the plan than it bears.
+    /// The files are farther from the plan than it allows.
     #[error(
         "read back, `{}` is {:.3} m off its plan at {:.2} s; {tolerance_m} m are borne",
         deviation.drone, deviation.largest_m, deviation.at_s
@@ -325,7 +325,7 @@ impl Written {
 ///
 /// # Errors
 ///
-/// Every drone that does not fit, by its limit; or files that are farther off than the plan bears.
+/// Every drone that does not fit, by its limit; or files that are farther off than the plan allows.
 pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, ExportError> {
     // Where it lies the scenario may have said.
     let origin = plan.origin.as_ref().map(Georeference::of);

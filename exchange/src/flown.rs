@@ -36,8 +36,8 @@ impl Span {
         )
     }
 
-    /// What of it no plan can hold, looked at in [`LOOKS`] steps: places, speeds, and how far and
-    /// how long it goes.
+    /// What of it no plan can hold, sampled in [`LOOKS`] steps: places, speeds, and how far and how
+    /// long it goes.
     pub(crate) fn fault(&self) -> Option<String> {
         let duration_s = self.until_s - self.from_s;
         let out = |what: &str, value: f64, (low, high): (f64, f64), unit: &str| {
@@ -73,10 +73,10 @@ fn shown(value: f64) -> String {
     }
 }
 
-/// Numbers from here on are told by their exponent: chosen here, six digits can be read.
+/// Numbers from here on are printed with an exponent: chosen here, six digits can be read.
 const MOST_DIGITS: f64 = 1e6;
 
-/// Steps in which a span is looked at for what no plan can hold: chosen here, two for each
+/// Steps in which a span is sampled for what no plan can hold: chosen here, two for each
 /// coefficient of the highest degree that a format has.
 const LOOKS: u32 = 16;
 
@@ -129,8 +129,8 @@ impl Flown {
     }
 
     /// [`Flown::through`] the rows of a table, each with its line; of a single one a second of
-    /// standing there. Rows before which time does not go on, or that no plan can hold, are told
-    /// and left out.
+    /// standing there. Rows before which time does not go on, or that no plan can hold, are
+    /// reported and left out.
     pub(crate) fn through_rows(
         rows: impl IntoIterator<Item = (u64, f64, Point3<f64>)>,
         faults: &mut RowFaults,

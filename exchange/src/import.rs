@@ -35,7 +35,7 @@ const MOST_ROWS: usize = 128;
 const JOINED_M: f64 = 1e-3;
 /// Parts of a length that are below any rounding (m).
 const NOTHING_M: f64 = 1e-9;
-/// A home this far beside a first point is told (m): chosen here, what placing by hand is off.
+/// A home this far beside a first point is reported (m): chosen here, the error of placing by hand.
 const HOME_M: f64 = 0.1;
 /// Halvings of a piece: chosen here, far more than any trajectory that can be flown takes.
 const MOST_HALVINGS: usize = 20;

@@ -8,9 +8,8 @@
 //! In reading order: [`frame`]: which axes a file has; [`course`]: a plan's motions as cubic Bézier
 //! pieces, which the writers take; [`mod@write`]: one file a format; [`flown`]: what readers give,
 //! polynomials in time; [`kept`]: what a show says
-//! beside them; [`read`]: one file a format; [`deviation`]: both, compared; [`untimed`]:
-//! what becomes of a plan whose times a format does not hold; `standing`: and of one whose drones
-//! come or leave.
+//! beside them; [`read`]: one file a format; [`deviation`]: both, compared; [`untimed`]: a plan
+//! whose times a format does not hold; `standing`: a plan whose drones come or leave.
 //!
 //! World frame: metres, z up; seconds from the plan's beginning.
 

@@ -1,5 +1,5 @@
-//! What becomes of a plan whose times are not kept: each drone in turn so much late, all others on
-//! time, judged by the verifier.
+//! A plan whose times are not kept: each drone in turn so much late, all others on time, judged by
+//! the verifier.
 
 use std::fmt;
 

@@ -1,6 +1,6 @@
 //! What a plan takes of each drone's battery, before anything is flown: hovering for as long as it
-//! is in the air, up to the plan's end, the climbs, and what the air costs that it meets up to the
-//! end of its own trajectory. Drag is left out; `fly` has it, and all the air.
+//! is in the air, up to the plan's end, the climbs, and the cost of its exposure up to the end of
+//! its own trajectory. Drag is left out; `fly` has it, and all the air.
 
 use airflow::{Flown, GRAVITY_MPS2};
 use planner::Plan;

@@ -1,5 +1,5 @@
 //! Feed-forward: what a drone adds to its throttle for the air that it is in, before its altitude
-//! tells it.
+//! shows it.
 //!
 //! The paper's rule is a factor `β` on the power, `√β` on the throttle where power goes with
 //! throttle squared, for the air at the drone's centre in quasi-static wakes. Better is the mean

@@ -1,4 +1,4 @@
-//! The loop: all drones of a plan at once, each in the air of the others.
+//! The loop: all drones of a plan together, each in the air of the others.
 //!
 //! Wakes and bookkeeping go in steps of 20 ms, controllers and motion in halves of that. At every
 //! step each drone leaves air where it is; then each looks for the air that has come to it, and
@@ -28,7 +28,7 @@ use crate::tally::{Contact, Tally};
 use crate::vehicle::Body;
 use crate::wakes::{Emitter, LINK_M, Link, Moment, Receiver, crosses, speed_mps};
 
-/// Between two looks at wakes and contacts (s): chosen here, 4 cm of flight at 2 m/s.
+/// Step of wakes and contacts (s): chosen here, 4 cm of flight at 2 m/s.
 pub(crate) const STEP_S: f64 = 0.02;
 /// Steps of controller and motion in one of these: chosen here, 100 Hz, well within the lag of
 /// motors.
@@ -46,7 +46,7 @@ const DOWN_S: f64 = 2.0;
 const MOST_THRUST: f64 = 4.0;
 /// The floor is this far below the lowest centre (m), chosen here: no body is a point.
 const FLOOR_M: f64 = 0.02;
-/// Gaps between bodies are told up to this (m): chosen here.
+/// Gaps between bodies are reported up to this (m): chosen here.
 const CONTACT_M: f64 = 2.0;
 /// Drones times seconds that are flown at most: chosen here, some 400 MiB of what is kept of them.
 const MOST_DRONE_SECONDS: f64 = 3e5;
@@ -123,11 +123,11 @@ impl Options {
     }
 }
 
-/// Flies a plan. `progress` is told how many seconds of how many, over all flights; it is called
-/// from any thread.
+/// Flies a plan. `progress` gets how many seconds of how many, over all flights; it is called from
+/// any thread.
 ///
-/// Every controller flies once in calm air, which is not reported: what is by the air is the
-/// difference.
+/// Every controller flies once in calm air, which is not reported: the difference is the effect of
+/// the air.
 ///
 /// # Errors
 /// What keeps the plan from being flown.
@@ -264,8 +264,8 @@ fn paths(most_air_first: &[(usize, f64)], logs: &[Log], steps: usize) -> Paths {
     }
 }
 
-/// All drones, those that met most air over their limit in any flight without feed-forward first,
-/// with the most that each met.
+/// All drones, those with the most air over their limit in any flight without feed-forward first,
+/// each with that maximum.
 fn most_air_first(fleet: &Fleet, cases: &[Case], logs: &[Log]) -> Vec<(usize, f64)> {
     let plain = cases.iter().zip(logs);
     let plain: Vec<&Log> = plain
@@ -597,7 +597,7 @@ impl Setting<'_> {
         }
     }
 
-    /// The air that has come to a drone.
+    /// The air that reaches a drone.
     fn meet_air(
         &self,
         pilot: &mut Pilot,
@@ -635,7 +635,7 @@ impl Setting<'_> {
         pilot.gust_mps = pilot.gusts.step(jet, self.options.gusts, STEP_S);
     }
 
-    /// The air at a drone's centre (m/s) if wakes took no time.
+    /// The air at a drone's centre (m/s) with quasi-static wakes.
     fn centre_mps(&self, k: usize, at_m: &Point3<f64>, picture: &Picture<'_>) -> f64 {
         let how = self.fleet.superposition;
         let others = picture.wake_bins.near(at_m).filter(|it| *it != k);
@@ -1093,7 +1093,7 @@ mod tests {
             ..Default::default()
         });
         for (before, after) in before.into_iter().zip([energy_j(&thin), battery_wh(&thin)]) {
-            // m g U_H, of which the high one meets no air.
+            // m g U_H, of which the high one has no exposure.
             assert!(
                 (after / before - 0.8_f64.powf(-0.5)).abs() < 1e-3,
                 "{before} {after}"

@@ -57,7 +57,7 @@ impl Gusts {
     }
 
     /// The gust (m/s, down positive) after a step in the strongest jet there; `None`: in no jet.
-    /// One number is drawn at every step, so that flights of one seed meet the same gusts.
+    /// One number is drawn at every step, so that flights of one seed have the same gusts.
     pub(crate) fn step(&mut self, jet: Option<&JetAt>, intensity: f64, step_s: f64) -> f64 {
         let drawn = self.normal();
         let within = |it: &&JetAt| it.radius_m < EDGE * it.half_width_m && it.centreline_mps > 0.0;

@@ -1,5 +1,4 @@
-//! A plan flown: what becomes of it with inertia, motors, a controller, and air that takes its
-//! time.
+//! A plan flown with inertia, motors, a controller and advected wakes.
 //!
 //! The verifier judges drones that are exactly where their plan says. Here they are where their
 //! controllers bring them, and their wakes leave from there. It is a simulation, not a measurement:
@@ -7,8 +6,8 @@
 //!
 //! In reading order: [`rotor`] and [`vehicle`]: how a drone moves; [`controller`]: how it is
 //! commanded; `reference`: what the plan asks; [`wakes`] and [`gusts`]: the air that comes to it;
-//! [`feed_forward`]: what it does about that; `fleet`, `bins`, `tally` and `fly`: all drones at
-//! once, and what is counted; [`report`]: what is told; [`setup`]: parameters from a file;
+//! [`feed_forward`]: what it does about that; `fleet`, `bins`, `tally` and `fly`: all drones
+//! together, and what is counted; [`report`]: the results; [`setup`]: parameters from a file;
 //! [`paper`]: the paper's own flight; [`battery`]: what a plan takes of batteries.
 
 pub mod battery;

@@ -1,4 +1,4 @@
-//! What a flight is told by: plain data, the contents of `flight.json`, format `flight/1`.
+//! The results of a flight: plain data, the contents of `flight.json`, format `flight/1`.
 
 use planner::verify::{SINK_M, TOUCH_M};
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use crate::vehicle::Vehicle;
 /// The value of [`FlightReport::format`].
 pub const FORMAT: &str = "flight/1";
 
-/// What became of a plan when it was flown.
+/// A plan as it was flown.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FlightReport {
     /// `flight/1`.
@@ -34,8 +34,8 @@ pub struct FlightReport {
     pub vehicles: Vec<VehicleFlown>,
     /// Every flight; of each controller and speed of the air those with different feed-forward.
     pub flights: Vec<Flight>,
-    /// The drones that met most air over their limit, without feed-forward, and what became of
-    /// them in every flight.
+    /// The drones with the most air over their limit, without feed-forward, and each over time in
+    /// every flight.
     pub worst: Vec<Traces>,
     /// Where drones really flew, for pictures; `flight.json` has it not.
     #[serde(skip)]
@@ -97,7 +97,7 @@ pub struct Flight {
 pub struct FleetFlight {
     /// Drones that flew.
     pub flown: usize,
-    /// Drones that met more air than their limit and 0.01 of their induced velocity.
+    /// Drones exposed to more than their limit and 0.01 of their induced velocity.
     pub over_limit: usize,
     /// The longest that one of them was (s, in all).
     pub longest_over_limit_s: f64,
@@ -142,7 +142,7 @@ pub struct DroneFlight {
     pub worst_alpha: f64,
     /// When (s).
     pub worst_at_s: Option<f64>,
-    /// The drone that most came from.
+    /// The drone whose air contributed most.
     pub worst_from: Option<String>,
     /// Highest mean of alpha over 0.24 s.
     pub worst_mean_alpha: f64,

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::controller::{Controller, Gains, PX4, RESEARCH};
 use crate::vehicle::VehicleEntry;
 
-/// What flies, and how it is controlled; whatever is left out keeps its default.
+/// What flies, and how it is controlled; omitted keys keep their defaults.
 ///
 /// ```
 /// let setup = flight::Setup::read(r#"(

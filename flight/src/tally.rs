@@ -91,8 +91,8 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Air over one step: alpha, the mean over the discs (m/s), whose most of it is; `is_told`: the
-    /// time is within the plan.
+    /// Air over one step: alpha, the mean over the discs (m/s), the strongest emitter; `is_told`:
+    /// the time is within the plan.
     pub(crate) fn air(
         &mut self,
         (alpha, air_mps, from): (f64, f64, Option<usize>),

@@ -1,4 +1,4 @@
-//! Advected wakes: air leaves a drone where it really is, and arrives below when its time has come.
+//! Advected wakes: air leaves a drone at its real place, and arrives below after its delay.
 //!
 //! All air that left one drone lies along its streakline. What left an age `τ` ago has come down by
 //!
@@ -10,8 +10,8 @@
 //! moment the streakline is a chain of places, one for each moment of the past, and a receiver is
 //! exposed where the chain crosses its height. A drone that sinks faster than its air, or whose
 //! thrust has just risen, is crossed several times: of these the strongest counts, as in the
-//! verifier. The chain is cut at ages at which the air has come down by `LINK_M` more; what
-//! crosses a height twice between two cuts is taken for none.
+//! verifier. The chain is cut at ages at which the air has come down by `LINK_M` more; what crosses
+//! a height twice between two cuts is ignored.
 //!
 //! The strength of air is that of a drone hovering with the thrust of the moment it left: `U` goes
 //! with the root of the thrust. Where wind or warmth bend a jet, its shape is that of the nearest
@@ -272,12 +272,12 @@ impl Emitter {
         })
     }
 
-    /// How far from its drone its air may count, if that took no time (m).
+    /// How far from its drone its air may count, if quasi-static (m).
     pub(crate) fn most_reach_m(&self) -> f64 {
         self.reach_m.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The wake as if its air took no time, where it reaches down to a height (m).
+    /// The wake as if quasi-static, where it reaches down to a height (m).
     pub(crate) fn quasi_static(&self, z_m: f64) -> Option<Parcel<'_>> {
         let now = self.past.front()?;
         let reaches = now.strength > 0.0

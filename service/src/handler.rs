@@ -997,7 +997,7 @@ fn answers(plan: &planner::Plan, world: &planner::World) -> Result<(), Refusals>
     Err(told.collect())
 }
 
-/// Violations of a plan that are told: chosen here, a screen's worth.
+/// Violations of a plan that are listed: chosen here, a screen's worth.
 const MOST_TOLD: usize = 20;
 
 fn planned_anew(world: &planner::World, limit: &Limit<'_>) -> Result<planner::Plan, Refusals> {

@@ -1,4 +1,4 @@
-//! Where the drones that fly could land, all of them at once.
+//! Where the flying drones could land, all together.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ pub(crate) struct Landings {
     all: Vec<Landing>,
     /// Drones that stand on the ground and are to stay there.
     grounded: Vec<String>,
-    /// Columns that are taken for good: where, and the body's radius (m).
+    /// Columns that stay taken: where, and the body's radius (m).
     taken: Vec<(Point3<f64>, f64)>,
     /// What stays clear between two bodies (m).
     gap_m: f64,
@@ -152,7 +152,7 @@ impl Landings {
 }
 
 /// Whether a drone lands already at a time (s): it descends, or goes to no other place any more
-/// than the one over which it lands, no farther away than it could be told to land.
+/// than the one over which it lands, no farther away than it could be sent to land.
 fn lands(entry: &DronePlan, world: &World, at_s: f64) -> bool {
     let drone = world.drones.iter().find(|it| it.name == entry.name);
     let ahead_m = entry.trajectory.position_m(at_s + AHEAD_S);

@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(is_good))
 }
 
-/// Violations that are told to people: chosen here, some screens' worth. As JSON there are more.
+/// Violations that are printed: chosen here, some screens' worth. As JSON there are more.
 const MOST_TOLD: usize = 200;
 
 fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> String {

@@ -28,10 +28,10 @@ const NOT_PLAIN: &AsciiSet = &NON_ALPHANUMERIC
     .remove(b'.')
     .remove(b'_')
     .remove(b'~');
-/// Seconds of waiting that are told to be elsewhere than in stops: chosen here, what is printed.
+/// Seconds of waiting reported as outside of stops: chosen here, what is printed.
 const LEAST_ELSEWHERE_S: f64 = 0.005;
 
-/// Violations that are told: chosen here, the first say why.
+/// Violations that are listed: chosen here, the first say why.
 const MOST_TOLD: usize = 5;
 
 #[derive(Args)]

@@ -19,7 +19,7 @@ use super::failure::Failure;
 use super::files::{self, MOST_SCENARIO_BYTES};
 use super::problems;
 
-/// What is told to be wrong with a show; the rest is counted. Chosen here, what one reads.
+/// Faults of a show that are listed; the rest is counted. Chosen here, what one reads.
 const MOST_TOLD: usize = 20;
 
 /// What a command is asked about: a plan, or what can be judged as one.

@@ -80,15 +80,15 @@ pub(crate) fn listed<'a>(
     drawn
 }
 
-/// From so many errors of one kind on, the first is told whole and the rest by their places alone:
-/// chosen here, so that what a person can read at a glance is told whole.
+/// From so many errors of one kind on, the first is printed whole and the rest by their places
+/// alone: chosen here, so that what a person can read at a glance is printed whole.
 const REPEATED: usize = 4;
 /// Most places named of the rest: chosen here.
 const PLACES_NAMED: usize = 8;
 
-/// Errors of a kind: the first of them, and where the others are, if they are told by their places.
+/// Errors of a kind: the first of them, and the places of the others, if only these are printed.
 pub(crate) struct Repeated {
-    /// Index of the one told whole.
+    /// Index of the one printed whole.
     pub(crate) first: usize,
     /// "the same at line 4, line 9 and 30 more"; `None`: there are no others.
     pub(crate) others: Option<String>,

@@ -28,7 +28,7 @@ const RIGHT_PX: f64 = 36.0;
 /// Title and legend want this much, however narrow the drawing.
 const NARROWEST_SHEET_PX: f64 = 760.0;
 
-/// Draws the plan; with its world dwells and waits are told apart.
+/// Draws the plan; with its world dwells and waits are distinguished.
 pub(crate) fn draw(plan: &Plan, world: Option<&World>) -> String {
     let marked = match plan.drones.len() {
         drones @ ..=layers::MARKED_UP_TO => 0..drones,

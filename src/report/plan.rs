@@ -13,7 +13,7 @@ use crate::io::watch::Durations;
 /// Less air than this (m/s) prints as none: half of the last digit shown.
 const NO_AIR_MPS: f64 = 0.05;
 
-/// Waits of all drones together below this are not told (s): chosen here.
+/// Waits of all drones together below this are not reported (s): chosen here.
 const TELL_WAITS_FROM_S: f64 = 1.0;
 
 /// Which drone arrives when, exposed to what, and how the fleet does.

@@ -1,8 +1,8 @@
-//! The air of a plan over time, at the moments that a page shows: where each wake ends, what each
-//! drone meets, and from which drones.
+//! The air of a plan over time, at the moments that a page shows: where each wake ends, each
+//! drone's exposure, and from which drones.
 //!
-//! It is for pictures: sampled, at one speed of the air. What holds at every moment and for every
-//! delay the verifier says.
+//! It is for pictures: sampled, at one speed of the air. The verifier judges every moment and every
+//! delay.
 
 use airflow::{Airframe, Flown, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
@@ -10,7 +10,7 @@ use planner::WakeOutlines;
 use planner::plan::{DronePlan, Plan, Sample};
 use rayon::prelude::*;
 
-/// Contributions below this are not told one by one (m/s), chosen here: they print as 0.0.
+/// Contributions below this are not listed (m/s), chosen here: they print as 0.0.
 pub(crate) const FAINT_MPS: f64 = 0.05;
 /// Steps towards when air left, chosen here: each divides the error by the ratio of a drone's
 /// vertical speed to the air's, about a tenth.
@@ -19,19 +19,19 @@ const STEPS_BACK: usize = 4;
 /// One wake that drones share: of an airframe at a mass.
 pub(crate) struct Kind {
     pub(crate) wake: Wake,
-    /// Farthest from a rotor centre that its air is felt (m), level.
+    /// Farthest from a rotor centre that its air counts (m), level.
     reach_m: f64,
 }
 
-/// What a drone has to do with the air.
+/// A drone as source and receiver of air.
 struct Member<'a> {
     drone: &'a DronePlan,
     airframe: Option<Airframe>,
     /// Index into the kinds, for each break point.
     kinds: Vec<usize>,
-    /// How far from where it is now its air may be felt (m), level.
+    /// How far from where it is now its air may count (m), level.
     reach_m: f64,
-    /// How long its air is under way at most (s).
+    /// Longest delay of its air (s).
     lag_s: f64,
     leaves_s: Option<f64>,
 }
@@ -44,7 +44,7 @@ pub(crate) struct AirOfPlan<'a> {
     outlines: WakeOutlines,
     flown: Flown,
     superposition: Superposition,
-    /// Speed of the air over the centreline's; `None`: it takes no time.
+    /// Speed of the air over the centreline's; `None`: quasi-static.
     pub(crate) convection: Option<f64>,
     /// Heights that wakes may reach down (m).
     depth_m: f64,
@@ -53,7 +53,7 @@ pub(crate) struct AirOfPlan<'a> {
 /// A place (m) at a time (s).
 pub(crate) type Spot = (Point3<f64>, f64);
 
-/// What one drone meets at one moment.
+/// The exposure of one drone at one moment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Met {
     /// Mean over its rotor discs (m/s).
@@ -199,7 +199,7 @@ impl<'a> AirOfPlan<'a> {
         surfaces.wake_end_z_m(wake, &place_m, &place_m)
     }
 
-    /// What all drones meet at each moment.
+    /// The exposure of all drones at each moment.
     pub(crate) fn met(&self, samples: &[Sample]) -> Vec<Vec<Met>> {
         let discs: Vec<_> = self
             .members
@@ -277,7 +277,7 @@ impl<'a> AirOfPlan<'a> {
     }
 
     /// The air (m/s) over the discs of another where that is (m) at a time (s), if a drone were at
-    /// a place (m) and its air took no time.
+    /// a place (m) with a quasi-static wake.
     pub(crate) fn would_bring_mps(
         &self,
         (from, from_m): (usize, Point3<f64>),
@@ -312,7 +312,7 @@ impl<'a> AirOfPlan<'a> {
         mean_over_discs_mps(&[source], &discs, place_m, self.superposition)
     }
 
-    /// How far from where a drone is now its air may be felt (m), level.
+    /// How far from where a drone is now its air may count (m), level.
     pub(crate) fn reach_m(&self, drone: usize) -> f64 {
         self.members[drone].reach_m
     }
@@ -344,7 +344,7 @@ impl<'a> AirOfPlan<'a> {
     }
 }
 
-/// Farthest from its drone, level, that a wake is felt (m).
+/// Farthest from its drone, level, that a wake counts (m).
 fn reach_m(wake: &Wake, depth_m: f64) -> f64 {
     let level = |k: u32| {
         let depth_m = depth_m * f64::from(k) / 16.0;
@@ -372,7 +372,7 @@ mod tests {
             {"name": "up", "airframe": "matrice-300", "at_end": "leave",
                 "trajectory": {"t_s": [0, 6], "position_m": [[5,5,8],[5,5,8]]}}]}"#;
         let mut plan = planner::plan::file::read(text).expect("a plan").plan;
-        // Also of one that is said to be in the air for good.
+        // Also of one whose stated wake never ends.
         for airborne_s in [(0.0, Some(6.0)), (0.0, None)] {
             plan.drones[1].airborne_s = airborne_s;
             let air = AirOfPlan::new(&plan);

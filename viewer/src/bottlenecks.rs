@@ -11,7 +11,7 @@ use crate::waits::Stop;
 /// Waits within one cube of this size are at one place (m): chosen here, the lattice's usual cell
 /// twice.
 const PLACE_M: f64 = 2.0;
-/// Bottlenecks of each kind that are told, chosen here.
+/// Bottlenecks of each kind that are listed, chosen here.
 const MOST_TOLD: usize = 3;
 
 /// Where a fleet waits most, and for which drones.
@@ -19,7 +19,7 @@ const MOST_TOLD: usize = 3;
 pub struct Bottlenecks {
     /// All waits together (s).
     pub waits_s: f64,
-    /// Of that what is in none of their stops (s): in shorter ones than are told, and in slower
+    /// Of that what is in none of their stops (s): in shorter ones than are shown, and in slower
     /// flight.
     pub elsewhere_s: f64,
     /// Drones that others wait for, the most first.
@@ -62,7 +62,7 @@ impl Bottlenecks {
         let mut places: BTreeMap<[i64; 3], WaitsByDrone> = BTreeMap::new();
         for (drone, (k, stops)) in plan.drones.iter().zip(stops.iter().enumerate()) {
             if drone.waits_s <= 0.0 {
-                // It stands for an appointment, or what it waits is not known.
+                // It stands for an appointment, or its wait is unknown.
                 continue;
             }
             found.waits_s += drone.waits_s;

@@ -1,6 +1,6 @@
 //! plan.html: a plan over time in one file that needs no network, with three.js and the page's own
 //! script inside. `scene` is what the page shows, as data; `air` the air in it; `waits` which drone
-//! stops for which, from which [`Bottlenecks`] are told.
+//! stops for which, the source of [`Bottlenecks`].
 
 mod air;
 mod bottlenecks;
@@ -23,7 +23,7 @@ const SCRIPT: &str = include_str!("../page/page.js");
 const STYLE: &str = include_str!("../page/page.css");
 const BODY: &str = include_str!("../page/body.html");
 
-/// A plan as it is looked at: its air, and its stops.
+/// A plan to be viewed: its air, and its stops.
 pub struct View<'a> {
     plan: &'a Plan,
     air: AirOfPlan<'a>,
@@ -32,7 +32,7 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// With its world the stops of a plan are told apart: dwells, and waits.
+    /// With its world the stops of a plan are classified: dwells, and waits.
     pub fn of(plan: &'a Plan, world: Option<&World>) -> View<'a> {
         let air = AirOfPlan::new(plan);
         let waits = Waits::of(plan, world, &air);
@@ -44,7 +44,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// With so many violations more than the plan tells.
+    /// With so many violations more than the plan lists.
     pub fn with_untold(self, untold: usize) -> View<'a> {
         View { untold, ..self }
     }

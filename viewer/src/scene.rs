@@ -122,9 +122,9 @@ struct Drone<'a> {
     w: Vec<(usize, Option<usize>)>,
     /// From which time on its wake ends at which height: changes alone (s, m; `null`: none).
     ends: Vec<(f32, Option<f32>)>,
-    /// The air it meets, a byte a sample, as base64; empty where it meets none.
+    /// Its exposure, a byte a sample, as base64; empty without any.
     air: String,
-    /// Wakes it meets: from, until (s), whose, at most (m/s).
+    /// Its exposures: from, until (s), the emitter, at most (m/s).
     meets: Vec<(f32, f32, usize, f32)>,
     stops: Vec<StopRow>,
 }
@@ -279,7 +279,7 @@ fn differences(values: &[i64]) -> Vec<i64> {
         .collect()
 }
 
-/// Of keys with values those at which the value is another than before.
+/// Of keys with values those at which the value changes.
 fn changes<K, V: PartialEq>(all: impl Iterator<Item = (K, V)>) -> Vec<(K, V)> {
     let mut kept: Vec<(K, V)> = Vec::new();
     for (key, value) in all {
@@ -290,7 +290,7 @@ fn changes<K, V: PartialEq>(all: impl Iterator<Item = (K, V)>) -> Vec<(K, V)> {
     kept
 }
 
-/// Spans of time in which one wake is met, by their beginning.
+/// Spans of exposure to one wake, by their beginning.
 fn meets<'m>(
     samples: &[Sample],
     met: impl Iterator<Item = &'m [(usize, f64)]>,

@@ -11,17 +11,17 @@ use rayon::prelude::*;
 
 use crate::air::AirOfPlan;
 
-/// Moments at which drones are looked at, over the fleet: chosen here, about half a second of one
+/// Moments at which drones are sampled, over the fleet: chosen here, about half a second of one
 /// core.
 const MOST_SAMPLES: f64 = 80_000.0;
 /// Between two moments (s), at least and at most: chosen here.
 const STEP_S: [f64; 2] = [0.1, 0.6];
-/// A stop between two moves that is this long is told (s), chosen here: half a step of a cell.
+/// A stop between two moves that is this long is shown (s), chosen here: half a step of a cell.
 const WAITS_FROM_S: f64 = 0.25;
 /// How far beyond a wait its cause is looked for (s), chosen here: two crossings take less.
 const CAUSE_WITHIN_S: f64 = 15.0;
-/// Of a rule's limit, what a drone comes to that another waits for: chosen here, since plans keep
-/// margins of time as well.
+/// Share of a rule's limit at which one drone counts as waiting for another: chosen here, since
+/// plans keep margins of time as well.
 const NEARLY: f64 = 0.7;
 /// A smooth path stops where it is slower than this share of the highest speed, chosen here, but
 /// not where it climbs off the ground or comes down to it, at half a metre a second.
@@ -31,7 +31,7 @@ const SLOWEST_MPS: f64 = 0.4;
 /// And comes below this share in between, but turns by less than 60 degrees: chosen here, such a
 /// turn alone leaves it 0.87 of its speed.
 const STILL: f64 = 0.1;
-/// Between two looks at its speed (s): chosen here, five to the shortest stop that is told.
+/// Between two samples of speed (s): chosen here, five to the shortest stop shown.
 const LOOK_S: f64 = 0.05;
 
 /// Places nearer to one another are one (m): chosen here, what a smooth path lacks of its task
@@ -63,7 +63,7 @@ pub struct Stop {
 
 /// The stops of a whole plan.
 pub(crate) struct Waits {
-    /// Moments at which the fleet is looked at.
+    /// Moments at which the fleet is sampled.
     pub(crate) samples: Vec<Sample>,
     /// Between two of them (s), whole milliseconds.
     pub(crate) step_s: f64,
@@ -72,7 +72,7 @@ pub(crate) struct Waits {
 }
 
 impl Waits {
-    /// With its world the stops of a plan are told apart: dwells, and waits.
+    /// With its world the stops of a plan are classified: dwells, and waits.
     pub(crate) fn of(plan: &Plan, world: Option<&World>, air: &AirOfPlan<'_>) -> Waits {
         let fleet = plan.drones.len();
         let end_s = plan.ends_s();
@@ -183,9 +183,9 @@ pub fn stops(plan: &Plan, world: Option<&World>, drone: usize) -> Vec<Stop> {
 const STOPPING_S: f64 = 0.8;
 
 /// Shares what a drone waits, as its plan counts it, among its waits by their length, to none more
-/// than it takes: what is left the drone waits elsewhere, in stops that are too short to be told. A
-/// plan that does not count them waits for as long as it stands. Waits that make it no later at its
-/// goal are not counted.
+/// than it takes: the rest the drone waits elsewhere, in stops that are too short to be shown. In a
+/// plan that does not count them a drone waits for as long as it stands. Waits that make it no
+/// later at its goal are not counted.
 fn share(drone: &DronePlan, stops: &mut [Stop]) {
     let path = &drone.trajectory;
     let begins_s = path.t_s.first().copied().unwrap_or(0.0);
@@ -235,7 +235,7 @@ fn crawls(drone: &DronePlan) -> Vec<(f64, f64)> {
     let most_mps = drone.airframe.max_speed_mps;
     let slow_mps = (SLOW * most_mps).min(SLOWEST_MPS);
     let steps = (last_s / LOOK_S) as usize;
-    // However long it rests, its beginning and its end will do.
+    // However long it rests, its beginning and its end suffice.
     let rests_until_s = |t_s: f64| {
         let piece = path.point_at(t_s)?;
         let [from_m, to_m] = [piece, piece + 1].map(|it| path.position_m.get(it));
@@ -282,7 +282,7 @@ fn crawls(drone: &DronePlan) -> Vec<(f64, f64)> {
 }
 
 /// The drone with which a waiting one would have broken a rule first, had it gone on at once:
-/// bodies too near, or too much air for either. `None`: no one drone's.
+/// bodies too near, or too much air for either. `None`: no single drone.
 fn waits_for(
     plan: &Plan,
     (air, samples): (&AirOfPlan<'_>, &[Sample]),

@@ -36,7 +36,7 @@ pub struct PlanFile {
 }
 
 impl PlanFile {
-    /// The figures that the file states and that only planning could tell.
+    /// The figures that the file states and that only planning could find.
     pub fn planning_figures(&self) -> Vec<&'static str> {
         let drones = &self.claims.drones;
         let figures = [

@@ -215,7 +215,7 @@ impl EndpointConflict {
     }
 }
 
-/// Two tasks at which drones are at one time, or a task and a place where another stays for good.
+/// Two tasks at which drones are at one time, or a task and a place where another drone stays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Meeting {
     /// The affected drone's, from 1; `None`: it stays at its start.

@@ -176,7 +176,7 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
             ));
         }
     }
-    // No rule of the verifier: it is only held against what the plan states, if it does.
+    // No rule of the verifier: only compared with what the plan states, if it does.
     let asked_m = world.planning.clearance_m;
     if let Some(kept_m) = plan.clearance_m.filter(|kept_m| !same(asked_m, *kept_m)) {
         missing.push(format!(

@@ -1,4 +1,4 @@
-//! Worlds built by hand, held against the rules that scenarios are read by.
+//! Worlds built by hand, checked against the rules that scenarios are read by.
 
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
@@ -91,7 +91,7 @@ pub enum WorldError {
         /// With load (kg).
         mass_kg: f64,
     },
-    /// A drone cannot be where it is told to be.
+    /// A drone cannot be where it has to be.
     #[error("{words}")]
     Misplaced {
         /// Where, why, and a place near it that would do.
@@ -109,7 +109,7 @@ impl World {
     /// unique, drones where they can be. A world that was read is in order.
     ///
     /// # Errors
-    /// Everything that is wrong; places are looked at once all numbers are in order.
+    /// Everything that is wrong; places are checked once all numbers are in order.
     pub fn check(&self) -> Result<(), Problems<WorldError>> {
         let mut check = Check { errors: Vec::new() };
         check.numbers(self);

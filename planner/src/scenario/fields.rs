@@ -67,7 +67,7 @@ impl Field<'_, '_> {
     }
 }
 
-/// Reads a whole text that is RON, and tells what is wrong with it.
+/// Reads a whole text that is RON, and reports what is wrong with it.
 pub(super) fn whole<'t, T>(
     text: &'t str,
     read: impl FnOnce(&mut Reader<'t>, Value<'t>) -> Option<T>,

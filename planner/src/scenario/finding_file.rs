@@ -252,7 +252,7 @@ fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Param
     }
 }
 
-/// What to tell of an effect that is not followed exactly; `None` for one that is.
+/// The note on an effect that is not followed exactly; `None` for one that is.
 fn note((name, treatment): (&'static str, Treatment), file: &str) -> Option<String> {
     match treatment {
         Treatment::Bounded(how) => Some(format!(

@@ -120,7 +120,7 @@ fn origin<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Origin> {
     })
 }
 
-/// Weather and flow model; numbers that look like kelvin or hectopascal are told so.
+/// Weather and flow model; numbers that look like kelvin or hectopascal are reported as such.
 pub(super) fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     let mut record = reader.record(field.value, "Air", "`air`".to_owned())?;
     let mut air = Air::default();
@@ -231,7 +231,7 @@ fn drone<'t>(
             value: String::new(),
             at: value.head(),
         }),
-        // Of one without any place none is told: it has no start.
+        // Without any place none is reported: it has no start.
         start_m: start_m.unwrap_or(At {
             value: Point3::origin(),
             at: value.head(),

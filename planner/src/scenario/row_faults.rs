@@ -1,4 +1,4 @@
-//! What is wrong with the rows of a table: told all at once, the same once for all of its rows.
+//! What is wrong with the rows of a table: reported together, each fault once for all of its rows.
 
 use std::fmt;
 

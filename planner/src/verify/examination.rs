@@ -40,7 +40,7 @@ pub struct Examination {
     /// needs planning stays as stated.
     #[serde(skip)]
     pub plan: Plan,
-    /// How many more violations there are than the plan tells; see [`super::Report::untold`].
+    /// How many more violations there are than the plan lists; see [`super::Report::untold`].
     pub untold: usize,
     /// How many drones are in crowds; see [`super::Report::crowded`]. Figures are not compared
     /// then, and it is not asked how late drones may be.
@@ -537,7 +537,7 @@ mod tests {
     use super::*;
     use crate::plan::file::read;
 
-    /// The figures that differ where a drone far from another is stated to meet its air.
+    /// The figures that differ where a drone far from another is stated to be in its air.
     fn differences(worst_air_mps: f64, from: &str) -> Vec<String> {
         let drone = |name: &str, x: f64, stated: &str| {
             format!(

@@ -397,7 +397,7 @@ pub(crate) struct Harm {
     pub(crate) drones_over_limit: usize,
     /// Highest mean air over the discs of any drone (m/s).
     pub(crate) worst_air_mps: f64,
-    /// How many zones get more air than they bear.
+    /// How many zones get more air than they allow.
     pub(crate) zones_over_limit: usize,
     /// Highest air in those zones (m/s).
     pub(crate) worst_zone_air_mps: f64,

@@ -14,11 +14,11 @@ use crate::io::failure::Failure;
 use crate::io::journal::Journal;
 use crate::report::words::count;
 
-/// Patches whose times are kept for the quantiles that are told at the end. Chosen here: three
+/// Patches whose times are kept for the quantiles that are reported at the end. Chosen here: three
 /// hours of ten a second.
 const MOST_TIMES: usize = 100_000;
 
-/// Of so many wrong lines of a journal each is told. Chosen here: a screen.
+/// Most wrong lines of a journal that are listed. Chosen here: a screen.
 const MOST_TOLD: usize = 20;
 
 /// The plan, the journal, and how long patches took.

@@ -1,4 +1,4 @@
-//! What is counted while a fleet lives, and how it is told.
+//! What is counted while a fleet lives, and how it is reported.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::io::watch::resident_memory_bytes;
 /// Memory may grow by so much from a third of the time to its end (ratio). Chosen here: what an
 /// allocator keeps of the largest patch.
 const FLAT: f64 = 1.2;
-/// Of each kind of what is wrong so many are told: chosen here, a screen's worth.
+/// Faults listed of each kind: chosen here, a screen's worth.
 const MOST_TOLD: usize = 20;
 /// From how many looks at it on memory is judged, chosen here: before, a fleet still fills what it
 /// has.

@@ -180,7 +180,7 @@ fn pairs(text: &str) -> Result<Vec<Cell>, String> {
 pub struct PeerFigures {
     /// The whole process, reading included (s).
     pub time_s: f64,
-    /// Steps until each agent is at its goal for good, added up.
+    /// Steps until each agent rests at its goal, added up.
     pub sum_of_costs: u64,
     /// The same with no other agent there.
     pub sum_alone: u64,
@@ -227,7 +227,7 @@ impl PeerFigures {
     }
 }
 
-/// Steps until it is at its goal for good.
+/// Steps until it rests at its goal.
 fn steps_of(path: &[Cell]) -> usize {
     let goal = path.last();
     path.iter()
