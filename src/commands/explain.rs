@@ -63,7 +63,7 @@ struct Explained {
     position_m: Option<Point3<f64>>,
     speed_mps: f64,
     /// `wait`, `dwell`, `stop` where that is not known, `rests` (between two moves, for less than
-    /// is told as a stop), `flies`, `stands` or `not there`.
+    /// counts as a stop), `flies`, `stands` or `not there`.
     does: &'static str,
     /// Of a drone that is not planned, why.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,8 +78,8 @@ struct Explained {
     costs_s: Option<f64>,
     /// What the drone waits in all, as in plan.json (s).
     waits_s: f64,
-    /// Of that what is in none of its stops, where they are told from dwells (s): in stops that are
-    /// too short to be told, and in slower flight.
+    /// Of that what is in none of its stops, where they are told from dwells (s): in stops too
+    /// short to be shown, and in slower flight.
     #[serde(skip_serializing_if = "Option::is_none")]
     waits_elsewhere_s: Option<f64>,
     /// Which drone it waits for: with which it would first break a rule, had it gone on at once.

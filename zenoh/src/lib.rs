@@ -5,7 +5,7 @@
 //! | key expression | what |
 //! | --- | --- |
 //! | `leeward/SITE/area/AREA/from/OTHER` | what OTHER's planner says to AREA's: one message a sample, as JSON |
-//! | `leeward/SITE/area/AREA/border/OTHER` | a queryable of AREA's: what OTHER has to know of its border, for who comes late |
+//! | `leeward/SITE/area/AREA/border/OTHER` | queryable: what a late OTHER must know of the border |
 //!
 //! Messages that a link does not take are dropped: what was lost is said again with the next
 //! border, a second later at most.

@@ -1,5 +1,5 @@
-//! A finding held against recordings that it was not fitted to: before and after, by flight and
-//! over all, with one offset a drone (or probe) and flight, and without.
+//! A finding tested on recordings that it was not fitted to: before and after, by flight and over
+//! all, with one offset a drone (or probe) and flight, and without.
 //!
 //! Nothing of the air is fitted here. The offset is the median of what is left, once for the
 //! simulation as it is and once for the corrected one: a thrust map, or a sensor's zero, is not

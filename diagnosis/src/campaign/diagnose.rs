@@ -81,8 +81,8 @@ pub fn lacking(recording: &Recording) -> Vec<String> {
     missing_in(recording, words)
 }
 
-/// Takes flight logs of which no force can be told out of recordings where others are of one; a
-/// remark on each says what it lacks.
+/// Removes flight logs that yield no force from recordings where others yield one; a remark on each
+/// says what it lacks.
 #[must_use]
 pub fn take_forceless(recordings: &mut Vec<Recording>) -> Vec<RemarkOf> {
     if !recordings.iter().any(Recording::is_of_a_force) {

@@ -59,7 +59,7 @@ const REACH: f64 = 6.0;
 /// threads ask for at a time.
 const MOST_KEPT: usize = 24;
 
-/// How many of them, from the first, say where a row is: what regions are told in.
+/// How many of them, from the first, say where a row is: regions are described in these.
 pub(super) const PLACES: usize = 6;
 
 /// And how many of these, from the first, have to do with wakes and the floor, as all laws of the
@@ -437,7 +437,7 @@ impl VehicleFlight {
         }
     }
 
-    /// Forces (N) at every moment that is needed, of the air (m/s) that it meets there.
+    /// Forces (N) at every moment that is needed, from the exposure (m/s) there.
     fn forces_n(
         &self,
         recording: &Recording,

@@ -15,12 +15,12 @@
 //!   lean half. A shorter blade also takes less torque for its thrust (`Q/T` goes with the
 //!   diameter), and the others make up for it: the turn is larger by up to as much again.
 //!
-//! So the turn alone tells them apart, and of two neighbouring propellers it cancels: then only the
-//! set is told. A weight that stands in a propeller's wash takes its thrust too, and reads as a
-//! damaged propeller; no steady duty cycle can tell that.
+//! So the turn alone distinguishes them, and of two neighbouring propellers it cancels: then only
+//! the set is reported. A weight that stands in a propeller's wash takes its thrust too, and reads
+//! as a damaged propeller; no steady duty cycle can show that.
 //!
 //! Motors age, and hardware is taken apart and put together: a flight is compared with the normal
-//! flights of its own session, and what changed from one session to the next is told apart.
+//! flights of its own session, and changes between sessions are reported separately.
 
 use std::fmt;
 
@@ -48,12 +48,12 @@ const LEAST_FIT_P: f64 = LEAST_P;
 const MOST_LEAN: f64 = 2.4;
 /// Most extra turn of a damaged propeller, as part of its own.
 const MOST_EXTRA_TURN: f64 = 1.0;
-/// Normal flights of a drone within a session below which it is told that they are few: with four
-/// of one drone alone a change of 6 of their standard deviations is seen, with two one of 62
+/// Normal flights of a drone within a session below which the report says that they are few: with
+/// four of one drone alone a change of 6 of their standard deviations is seen, with two one of 62
 /// (Student's t of three and one degrees of freedom at a p-value of 0.05 over four modes and two
 /// sides, the scatter of the mean included).
 pub const LEAST_NORMAL: usize = 4;
-/// Answers within this of the best, in units of twice the log density, are told with it.
+/// Answers within this of the best, in units of twice the log density, are reported too.
 const TIE: f64 = 4.0;
 
 /// What each motor is given in steady hover.
@@ -100,7 +100,7 @@ impl Effort {
     }
 }
 
-/// What normal flights of some drones look like.
+/// The distribution of normal flights of some drones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Normal {
     /// Standard deviations of a flight's total, turn and leans, over all drones.

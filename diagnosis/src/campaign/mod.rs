@@ -8,7 +8,7 @@
 //! force. `forward`: one effect after another. [`skill`]: how well flights that were not fitted are
 //! predicted. [`diagnose`]: all of it, and the finding. [`mod@flights`]: that with its rows, for
 //! programs. [`hardware`]: one drone's motors against its own normal flights. [`sideways`]: forces
-//! to the sides. [`applied`]: a finding held against recordings that it was not fitted to.
+//! to the sides. [`applied`]: a finding tested on recordings that it was not fitted to.
 
 pub mod applied;
 pub mod diagnose;

@@ -72,13 +72,13 @@ const SWINGS_RADPS: [f64; 16] = [
 ];
 const DAMPINGS: [f64; 3] = [0.03, 0.12, 0.4];
 /// Factors by which what a grid says best is first moved, rate and damping, either way, and how
-/// often they are halved. Chosen here: half a step of the grids, down to less than is told.
+/// often they are halved. Chosen here: half a step of the grids, down to less than is printed.
 const FIRST_MOVE: [f64; 2] = [1.2, 2.0];
 const HALVINGS: usize = 6;
 const SWING: &str = "swinging_payload";
 /// Part of a swing's power that must lie at its own frequency: its mean square frequency (Rice)
 /// over that. Half, for below as much of it follows the thrust at the thrust's own frequencies, as
-/// a factor on the thrust does, and tells nothing of a cord.
+/// a factor on the thrust does, and shows nothing of a cord.
 const LEAST_RESONANCE: f64 = 0.5;
 /// Moments (s) apart by which the noise is read at the end. As long as the noise of the simulated
 /// campaigns without any effect lasts, which comes to 1.3 times what is read so.

@@ -1,5 +1,5 @@
 //! Clocks of vehicles that log on their own: how far each is from the others, as far as the forces
-//! tell.
+//! show.
 //!
 //! A drone that flies below another is pushed down at a moment that both logs know, each by its own
 //! clock. The offset is the shift that makes the simulated force fit best, within the bounds that
@@ -37,11 +37,11 @@ const ITERATIONS: usize = 3;
 /// force is anything but independent from row to row. Chosen here: longer than a passage.
 const BLOCK_S: f64 = 2.0;
 
-/// Blocks below which nothing is told. Chosen here: fewer make no spread.
+/// Blocks below which nothing is estimated. Chosen here: fewer make no spread.
 const LEAST_BLOCKS: usize = 6;
 
 /// Least gain of a receiver, and inverse of the largest, that the shift is worked out with. Chosen
-/// here: beyond it there is no force to tell a time by.
+/// here: beyond it there is no force to estimate a time by.
 const LEAST_GAIN: f64 = 0.25;
 
 /// Half-width of the interval in standard errors: 95 % of a normal distribution.
@@ -52,9 +52,9 @@ const HALF_WIDTH: f64 = 1.96;
 pub struct ClockOffset {
     /// Index of the vehicle.
     pub vehicle: usize,
-    /// What its clock is ahead of that of the reference (s); 0 where it cannot be told.
+    /// What its clock is ahead of that of the reference (s); 0 where that is unknown.
     pub offset_s: f64,
-    /// 95 % interval (s), within the bounds; all of them where it cannot be told.
+    /// 95 % interval (s), within the bounds; all of them where it is unknown.
     pub interval_s: [f64; 2],
     /// How it is known.
     pub known: ClockKnown,
@@ -65,11 +65,11 @@ pub struct ClockOffset {
 pub enum ClockKnown {
     /// It is the reference, or shares its clock.
     Shared,
-    /// The forces tell it.
+    /// The forces show it.
     Told,
     /// The forces ask for more than the bounds allow; it stands at the bound.
     AtBound,
-    /// The forces do not tell it from 0 better than the bounds do.
+    /// The forces do not distinguish it from 0 better than the bounds do.
     CannotBeTold,
 }
 

@@ -328,7 +328,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Air (m/s, downwards) that a rotor plane centred at `centre_m` meets at a time: at its centre
+    /// Air (m/s, downwards) to which a rotor plane centred at `centre_m` is exposed: at its centre
     /// or over its discs, from the vehicles whose index `counts`. `None` where the place of one of
     /// them is not known then: a gap in its track.
     pub fn met_mps(

@@ -1,5 +1,5 @@
-//! The vertical force on a drone beyond thrust and weight: recorded, and simulated from the air it
-//! meets.
+//! The vertical force on a drone beyond thrust and weight: recorded, and simulated from its
+//! exposure.
 //!
 //! ```text
 //! recorded   F = m a_z - T z_z          a: specific force, z_z: vertical part of the body's axis, T: thrust map
@@ -59,9 +59,9 @@ impl<'a> Force<'a> {
         })
     }
 
-    /// Air (m/s, downwards) that it meets at each entry; not a number where some other drone's
-    /// place is not known. `clock_s` is what its clock is ahead of the recording's (s); those of
-    /// the others are set in the flow.
+    /// Air (m/s, downwards) at each of its entries; not a number where some other drone's place is
+    /// not known. `clock_s` is what its clock is ahead of the recording's (s); those of the others
+    /// are set in the flow.
     pub(crate) fn air_mps(&self, flow: &Flow, air: ReceiverAir, clock_s: f64) -> Vec<f64> {
         let track = &self.trace.of.track;
         let others = |other| other != self.trace.vehicle;

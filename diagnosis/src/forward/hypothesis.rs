@@ -3,7 +3,7 @@
 use airflow::effects::Effects;
 use serde::{Deserialize, Serialize};
 
-/// Most by which clocks of drones and sensors are told apart (s), in either direction. Chosen here:
+/// Most by which clocks of drones and sensors may differ (s), in either direction. Chosen here:
 /// clocks that were set by hand.
 pub(crate) const CLOCK_RANGE_S: f64 = 4.0;
 

@@ -13,7 +13,7 @@ use crate::record::recording::Recording;
 
 /// Names of the covariates with their units, and their letters in an expression, in the order of
 /// [`Observed::covariates`]. Which probe reads comes first: of coordinates that part the samples
-/// alike, the first is told.
+/// alike, the first is named.
 pub const COVARIATES: [(&str, &str); 21] = [
     (PROBE, "probe"),
     ("s/l", "s"),

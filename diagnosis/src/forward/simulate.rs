@@ -137,8 +137,8 @@ pub fn series(recording: &Recording) -> Vec<Series> {
     [speeds, throttles, by_subject(Channel::Power, powers)].concat()
 }
 
-/// From subject, time and value of each row. Values that are no numbers were told where they were
-/// read.
+/// From subject, time and value of each row. Values that are no numbers were reported where they
+/// were read.
 fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
     let samples: Vec<(u32, f64, f64)> = samples.collect();
     let first_s = samples.iter().map(|sample| sample.1);
@@ -186,7 +186,7 @@ impl Series {
     fn is_dead(&self, simulated: &[Option<f64>]) -> Vec<bool> {
         let mut is_dead = vec![false; self.rows.len()];
         let fastest_mps = self.recorded.iter().copied().fold(0.0, f64::max);
-        // One that never reads anything else was told where it was read.
+        // One that never reads anything else was reported where it was read.
         if self.channel != Channel::Speed || fastest_mps == 0.0 {
             return is_dead;
         }

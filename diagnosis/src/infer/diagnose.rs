@@ -131,8 +131,8 @@ const MOSTLY: f64 = 0.8;
 pub(crate) const NEARLY_ALL: f64 = 0.9;
 /// Part of a coordinate's values at either end that a range leaves out. Chosen here.
 const TAIL: f64 = 0.05;
-/// p-value below which readings contradict what throttle and power say. Chosen here: a name that is
-/// right, and that readings tell nothing of, is withdrawn once in twenty.
+/// p-value below which readings contradict what throttle and power say. Chosen here: a right name
+/// of which readings show nothing is withdrawn once in twenty.
 const CONTRADICTED_P: f64 = 0.05;
 /// What settles an answer that throttle and power gave.
 const WEIGH: &str =
@@ -188,7 +188,7 @@ pub fn diagnose_channel(
     }
     let mut tried = singles(&Setting::new(&observed, &noise, &candidates, base));
     // What is missing may itself look like noise from one sample to the next: a lag, a clock. The
-    // best explanation tells.
+    // best explanation decides.
     for _ in 0..NOISE_ROUNDS {
         let Some(clearer) = clearer(&observed, &noise, &tried) else {
             break;
@@ -666,7 +666,7 @@ fn one_probe(observed: &Observed, inside: &[usize], weight: impl Fn(usize) -> f6
 }
 
 /// Where some samples lie, in words and by covariate: empty without any. Those of one probe among
-/// several are told by its number, and by where of its own samples they lie.
+/// several are described by its number, and by where of its own samples they lie.
 fn bounds(observed: &Observed, inside: &[usize]) -> (String, BTreeMap<String, [f64; 2]>) {
     let mut bounds = BTreeMap::new();
     if inside.is_empty() {

@@ -9,7 +9,7 @@
 //! the thresholds of selection and naming. [`intervals`]: how sure. [`mod@outside`]: the global
 //! lack-of-fit test, and what no candidate explains; its thresholds. [`mod@advice`]: what to
 //! measure next. [`mod@diagnose`]: all of it, from a recording to a [`finding`], and
-//! [`finding_file`]: the text that a scenario cites. [`mod@noticed`]: what is told beside it.
+//! [`finding_file`]: the text that a scenario cites. [`mod@noticed`]: remarks beside it.
 
 pub mod actuation;
 pub mod advice;

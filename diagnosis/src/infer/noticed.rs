@@ -1,4 +1,4 @@
-//! What was noticed about the recordings of an answer, told with it.
+//! What was noticed about the recordings of an answer, reported with it.
 
 use serde::Serialize;
 

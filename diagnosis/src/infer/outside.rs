@@ -47,12 +47,12 @@ const MISREAD: f64 = 1.25;
 /// p-value from which a spectral line is a pulsation. Chosen here, far below what the global test
 /// accepts: nothing else vouches for it.
 const LINE_P: f64 = 1e-5;
-/// p-value of one block in all from which readings that differ at times are told: at most one
+/// p-value of one block in all from which readings that differ at times are reported: at most one
 /// recording in a thousand without an effect (none of the 160 of the two runs in
 /// docs/diagnosis.md). And that of a block which is then counted to it.
 const PRESENT_P: f64 = 0.001;
 const EACH_BURST_P: f64 = 0.05;
-/// Part of the trees' gain that an expression must gain to be told. Chosen here.
+/// Part of the trees' gain that an expression must gain to be reported. Chosen here.
 const LEAST_TOLD: f64 = 0.2;
 /// Steps in time that the global test looks for.
 const STEPS: usize = 16;
@@ -78,7 +78,7 @@ pub struct Shape {
     pub nearest: Option<(String, f64)>,
     /// Period (s) of a pulsation, where that is what it is.
     pub period_s: Option<f64>,
-    /// From when to when (s) the readings differ, where nothing but time tells.
+    /// From when to when (s) the readings differ, where time alone shows it.
     pub spans_s: Vec<[f64; 2]>,
     /// Whether it predicts blocks that were not fitted. What does not is there all the same.
     pub is_predictable: bool,
@@ -457,8 +457,8 @@ fn not_predictable(correction: Vec<f64>, rest: Vec<f64>, fit: &Fit) -> Shape {
     }
 }
 
-/// What oscillates: jets together, in parts of their speed, or what is switched in the room, which
-/// each series meets as strongly as it does.
+/// What oscillates: jets together, in parts of their speed, or what is switched in the room, to
+/// which each series is exposed by its own amount.
 fn pulsation(setting: &Setting, fit: &Fit, rhythms: &[Rhythm], frequency_hz: f64) -> Shape {
     let left = setting.left(&fit.predicted);
     let (sd, weights) = (setting.noise.sd(), setting.noise.weights());

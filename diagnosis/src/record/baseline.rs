@@ -8,7 +8,7 @@ use airflow::Superposition;
 /// The simulation that a recording is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Baseline {
-    /// Whether drones meet one another's wakes at all. `false`: each flies alone.
+    /// Whether drones are exposed to one another at all. `false`: each flies alone.
     pub wakes: bool,
     /// How several wakes add up.
     pub superposition: Superposition,
@@ -16,7 +16,7 @@ pub struct Baseline {
     pub delay: Delay,
     /// What stands above 2.5 motor distances.
     pub upper: Upper,
-    /// Where a receiver meets the air.
+    /// Where a receiver is exposed.
     pub receiver_air: ReceiverAir,
     /// How a receiver answers to it.
     pub receiver_law: ReceiverLaw,
@@ -46,7 +46,7 @@ pub enum Upper {
     FourRotors,
 }
 
-/// Where a receiver meets the air.
+/// Where a receiver is exposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReceiverAir {
     /// At the centre of its rotor plane.
@@ -55,7 +55,7 @@ pub enum ReceiverAir {
     DiscMean,
 }
 
-/// How a receiver answers to the air that it meets, `alpha` of its own induced velocity.
+/// How a receiver answers to its exposure, `alpha` of its own induced velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReceiverLaw {
     /// It holds its thrust: power is multiplied by `beta`, throttle by `beta^exponent` (the

@@ -17,7 +17,7 @@ pub struct Problem {
     pub help: Option<String>,
 }
 
-/// Places of problems yet to be told.
+/// Places of problems not yet reported.
 impl Problem {
     pub(super) fn file(file: &str) -> Problem {
         Problem {

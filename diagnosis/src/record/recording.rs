@@ -31,7 +31,7 @@ pub struct Recording {
     pub baseline: Baseline,
     /// The jet that it is simulated with; the paper's unless the metadata say otherwise.
     pub jet: Jet,
-    /// What was noticed while reading: gaps, impossible values, assumptions. Kept, told, never
+    /// What was noticed while reading: gaps, impossible values, assumptions. Kept, reported, never
     /// mended in silence.
     pub remarks: Vec<Remark>,
 }
@@ -251,7 +251,7 @@ pub struct ProbeSample {
     pub probe_id: u32,
     /// Where it stood (m).
     pub position_m: Point3<f64>,
-    /// What it read (m/s), nothing subtracted; NaN where that cannot be used, which a remark tells.
+    /// What it read (m/s), nothing subtracted; NaN where unusable, as a remark says.
     pub speed_mps: f64,
 }
 

@@ -36,13 +36,13 @@ impl Remark {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RemarkKind {
-    /// Something was taken for lack of better.
+    /// A value was assumed.
     Assumed,
     /// A hole in the times.
     Gap,
     /// Steps that differ.
     UnevenSteps,
-    /// Values that cannot be: told, and left out of what follows.
+    /// Values that cannot be: reported, and left out of what follows.
     Impossible,
     /// The same reading again and again.
     Stuck,

@@ -1,8 +1,8 @@
 //! Where a vehicle was, from the places that a tracker logs with white noise.
 //!
-//! A simulation errs with its own places, and so do the columns that its residual is held against:
-//! what both have of the noise passes for a law (errors in variables), near the edge of a thin jet
-//! at millimetres.
+//! A simulation errs with its own places, and so do the columns that its residual is tested
+//! against: what both have of the noise passes for a law (errors in variables), near the edge of a
+//! thin jet at millimetres.
 //!
 //! Of parabolas over windows that grow, the widest one which agrees with all narrower ones
 //! (intersection of confidence intervals: Goldenshluger & Nemirovski 1997, Math. Methods Stat.

@@ -24,7 +24,7 @@ const IDLE_DUTY: f64 = 0.2;
 /// fifth of what the largest that are flown turn in hover.
 pub(crate) const IDLE_RADPS: f64 = 50.0;
 
-/// What of a track tells its thrust.
+/// The part of a track that gives its thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ThrustSource {
@@ -133,9 +133,9 @@ impl Track {
         moment.between(column, |from, to, share| from + (to - from) * share)
     }
 
-    /// What tells its thrust, of several what was measured nearest to the rotors; `None` where
-    /// nothing does. Forces that were worked out already are the last, and all there is without
-    /// an acceleration.
+    /// What gives its thrust, of several what was measured nearest to the rotors; `None` where
+    /// nothing does. Forces that were worked out already are the last, and all there is without an
+    /// acceleration.
     #[must_use]
     pub fn thrust_source(&self) -> Option<ThrustSource> {
         let has_ready = self.force_n.is_some();
@@ -178,7 +178,7 @@ impl Track {
         missing
     }
 
-    /// Whether the rotors are idle at an entry, as far as throttle, duty cycle or speed tell.
+    /// Whether the rotors are idle at an entry, as far as throttle, duty cycle or speed show.
     #[must_use]
     pub fn is_idle(&self, entry: usize) -> bool {
         let throttle = self.throttle_ratio.as_ref().map(|column| column[entry]);

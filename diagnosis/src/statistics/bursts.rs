@@ -2,8 +2,8 @@
 //! for a while.
 //!
 //! What lasts for some readings and never comes back in the same place cannot be predicted on
-//! blocks that were held out, and the signs of two blocks prove nothing. It is told by its size, in
-//! windows of 8, 16, 32 readings and so on, each half over the one before it:
+//! blocks that were held out, and the signs of two blocks prove nothing. It is found by its size,
+//! in windows of 8, 16, 32 readings and so on, each half over the one before it:
 //!
 //! ```text
 //! amount:  S_w = Σ eᵢ/√n_w

@@ -1,4 +1,4 @@
-//! Shapes that a residual is held against: tangents of laws, steps in time, bins of covariates.
+//! Shapes that a residual is tested against: tangents of laws, steps in time, bins of covariates.
 
 use std::ops::Range;
 

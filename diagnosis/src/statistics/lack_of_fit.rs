@@ -332,7 +332,7 @@ fn project(basis: &[DVector<f64>], values: &mut DVector<f64>) {
     }
 }
 
-/// The columns that can be told from the nuisances, orthogonal to these and of length 1.
+/// The columns identifiable beside the nuisances, orthogonal to these and of length 1.
 struct Tested {
     is_law: Vec<bool>,
     unit: Vec<DVector<f64>>,

@@ -65,8 +65,8 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     if highest < lowest + 2 * NEIGHBOURS * OVERSAMPLING {
         return None;
     }
-    // Slower ones are neighbours all the same: without them the lowest line would be held against a
-    // floor that has sloped away.
+    // Slower ones are neighbours all the same: without them the lowest line would be compared with
+    // a floor that has sloped away.
     let first = lowest.saturating_sub(NEIGHBOURS * OVERSAMPLING).max(1);
     let powers = timed.powers(values, first..=highest);
     timed.strongest(&powers, first, lowest..=highest, |at| {
@@ -93,7 +93,7 @@ pub fn slow_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     })
 }
 
-/// A record's times about its middle, and the frequencies that it can tell.
+/// A record's times about its middle, and the frequencies that it resolves.
 struct Timed {
     times_s: Vec<f64>,
     span_s: f64,
@@ -184,7 +184,7 @@ fn powers(times: &[f64], values: &[f64], of: RangeInclusive<usize>, spacing_hz: 
         }
         let ss = count - cc;
         let determinant = cc * ss - cs * cs;
-        // Sine and cosine are alike at these times: no power can be told.
+        // Sine and cosine are alike at these times: no power can be estimated.
         let told = determinant > 0.01 * count * count;
         let power = (xc * xc * ss - 2.0 * xc * xs * cs + xs * xs * cc) / determinant;
         powers.push(if told { power } else { 0.0 });

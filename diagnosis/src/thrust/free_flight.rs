@@ -1,5 +1,5 @@
-//! Rows at which a drone's thrust can be told from its specific force alone: no drone above, the
-//! floor far away.
+//! Rows at which a drone's thrust follows from its specific force alone: no drone above, the floor
+//! far away.
 //!
 //! There, `m a_z = T z_z` with `a` the specific force and `z_z` the vertical part of the body's
 //! axis: whatever is left over is the thrust map's fault, not the air's.
@@ -97,7 +97,7 @@ pub(crate) struct Trace<'a> {
     low_pass: LowPass,
 }
 
-/// Free flight (s) below which a drone's thrust is not held against its airframe's. Chosen here:
+/// Free flight (s) below which a drone's thrust is not compared with its airframe's. Chosen here:
 /// tens of times what the low-pass remembers.
 const SCALED_S: f64 = 5.0;
 
@@ -182,7 +182,7 @@ impl<'a> Trace<'a> {
         vehicles.into_par_iter().filter_map(trace).collect()
     }
 
-    /// `None` without specific force and what tells thrust, or a ready force.
+    /// `None` without specific force and a thrust source, or a ready force.
     fn new(
         recordings: &'a [Recording],
         (recording, vehicle): (usize, usize),

@@ -92,7 +92,7 @@ impl Options {
         }
     }
 
-    /// With the terms that suit what tells thrust; those of the options, and their base, are of
+    /// With the terms that suit the thrust source; those of the options, and their base, are of
     /// duty cycles.
     fn of(&self, source: ThrustSource) -> Options {
         let terms = match source {
@@ -184,8 +184,8 @@ pub enum IdentifyError {
 }
 
 /// Identifies one thrust map for the given vehicles, each `(recording, vehicle)` by index. Those
-/// that lack specific force or what tells thrust, or whose thrust is told by something else than
-/// the first one's, are passed over; they have no rows in the result.
+/// that lack specific force or a thrust source, or whose source is another than the first one's,
+/// are passed over; they have no rows in the result.
 ///
 /// # Errors
 /// Too few rows, terms that cannot be told apart, or numbers that make no map.
@@ -252,9 +252,9 @@ pub struct FoldError {
     pub error: IdentifyError,
 }
 
-/// A thrust map for every airframe, what tells its thrust, and every fold that holds a flight of it
-/// out, airframes by name. Ready forces need none. Of duty cycles one that the metadata state is
-/// kept but for an offset, and as it is where that cannot be found.
+/// A thrust map for every airframe, thrust source, and fold that holds a flight of it out,
+/// airframes by name. Ready forces need none. Of duty cycles one that the metadata state is kept
+/// but for an offset, and as it is where that cannot be found.
 /// `fold_of` gives the fold of each recording; one without is never held out.
 ///
 /// # Errors

@@ -33,9 +33,9 @@ impl IdentifiedMap {
     }
 }
 
-/// Identifies a thrust map for every airframe that logs specific force and what tells its thrust,
-/// over all recordings, and gives it to its drones. Where that fails the recordings say so, and
-/// keep the map that their metadata state, if any.
+/// Identifies a thrust map for every airframe that logs specific force and a thrust source, over
+/// all recordings, and gives it to its drones. Where that fails the recordings say so, and keep the
+/// map that their metadata state, if any.
 pub fn identify_all(recordings: &mut [Recording]) -> Vec<IdentifiedMap> {
     let mut members_of: BTreeMap<(String, ThrustSource), Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {

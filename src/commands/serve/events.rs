@@ -215,7 +215,7 @@ mod tests {
             while let Some(bytes) = heard(sleeps.frame().await) {
                 (last, count) = (Some(bytes), count + 1);
             }
-            // It is told where it was, and may come back there.
+            // It learns where it was, and may come back there.
             assert_eq!(count, 1 + MOST_BEHIND);
             let last = String::from_utf8(last.unwrap().to_vec()).unwrap();
             let name = last.lines().next().unwrap().trim_start_matches("id: ");

@@ -27,18 +27,18 @@ pub(super) struct JournaledService {
     journal: Option<Journal>,
     log: Log,
     took: VecDeque<Duration>,
-    /// What the journal was replayed to: lines as they are kept, and what listeners are told of it.
+    /// What the journal was replayed to: lines as they are kept, and the listeners' events.
     replayed: Vec<(String, Event)>,
 }
 
-/// What became of a request.
+/// The outcome of a request.
 pub(super) struct Done {
     pub(super) answer: Answer,
     /// `none` where it could not be read.
     pub(super) method: &'static str,
     /// How long a patch took, if there is one.
     pub(super) patch: Option<Duration>,
-    /// The line of the journal, and what listeners are told of it.
+    /// The line of the journal, and the listeners' event.
     pub(super) kept: Option<(String, Event)>,
 }
 
@@ -261,7 +261,7 @@ fn line_of(record: &Record) -> Result<String, Failure> {
     serde_json::to_string(record).map_err(|it| Failure::Print(it.into()))
 }
 
-/// What listeners are told of a record; `before` is the revision before it.
+/// The listeners' event of a record; `before` is the revision before it.
 fn event_of(record: &Record, patch: Option<&Patch>, before: Option<u64>) -> Option<Event> {
     use service::message::{At, Closed};
     match record {

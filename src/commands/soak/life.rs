@@ -24,14 +24,14 @@ const LIES_S: f64 = 30.0;
 /// Largest delay (s), chosen here: what a fleet that looks at itself every second does not see
 /// before.
 const LATEST_S: f64 = 0.6;
-/// How much longer a copy of the plan is held against it (s): chosen here.
+/// How much longer a copy of the plan is compared with it (s): chosen here.
 const AHEAD_S: f64 = 60.0;
 
 /// What a client knows of a drone.
 struct KnownDrone {
     trajectory: TrajectoryEntry,
     at_end: AtEnd,
-    /// When it failed, of a wreck, or was told to land (s).
+    /// When it failed, of a wreck, or was sent to land (s).
     since_s: Option<f64>,
 }
 
@@ -310,7 +310,7 @@ impl Life {
             .trajectory
             .position_m(at_s)
             .unwrap_or_default();
-        // Where it is was told just before.
+        // Where it is was said just before.
         let here = json!({"position_m": [here_m.x, here_m.y, here_m.z]});
         let here =
             json!({"at_s": at_s, "drones": {&drone: here}, "time_limit_s": tally.deadline_s});
@@ -354,7 +354,7 @@ impl Life {
         }
     }
 
-    /// Has the whole plan verified once more, and holds the copy that patches have kept against it.
+    /// Has the whole plan verified once more, and compares the copy that patches have kept with it.
     pub(super) fn examine(&mut self, tally: &mut Tally) {
         let plan = self.plan();
         let found = planner::verify(&plan).violations;

@@ -98,7 +98,7 @@ impl Tally {
         self.late += usize::from(took.as_secs_f64() > self.deadline_s);
     }
 
-    /// It was told with a patch that it cannot be avoided.
+    /// A patch said that it cannot be avoided.
     pub(super) fn is_unavoidable(&self, violation: &str) -> bool {
         self.unavoidable.contains(violation)
     }

@@ -208,7 +208,7 @@ fn told(stop: &Stop) -> String {
     )
 }
 
-/// How far each drone without a path could get, and what is in its way.
+/// How far each drone without a path could get, and what blocks it.
 pub(super) fn refused(canvas: &mut Canvas, view: &View, plan: &Plan) {
     canvas.group("refused", |canvas| {
         for (drone, at_m, cause) in refusals(plan) {

@@ -30,8 +30,8 @@ pub struct Parameter {
     pub neutral: f64,
     /// Distance from there below which it changes no decision.
     pub practical: f64,
-    /// Whether its lowest and its highest value are all there can be: air that takes no time, a
-    /// share of 1.
+    /// Whether its lowest and its highest value are all there can be: quasi-static air, a share of
+    /// 1.
     pub is_all: [bool; 2],
 }
 

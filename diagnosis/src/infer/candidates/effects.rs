@@ -149,7 +149,7 @@ pub(super) const THERE_AND_BACK: &str = "a pass through the jet and back at two 
 const BRAKING: &str = "the same pass at a steady speed, and braking above the probe: only a jet that leans goes ahead of a drone that brakes";
 const HEIGHTS: &str = "a hover at three heights with no drone above";
 
-/// Effects of a jet, and of what it meets: loads, motion, floor, room.
+/// Effects of a jet, and of what it reaches: loads, motion, floor, room.
 pub(crate) const OF_THE_AIR: &[Trial] = &[
     Trial::new(
         "crossflow",
@@ -242,7 +242,7 @@ pub(crate) const OF_THE_RECEIVER: &[Trial] = &[
         .settled_by(HEIGHTS),
 ];
 
-/// What a drone's own speed does to the air that it meets.
+/// What a drone's own speed does to its exposure.
 pub(crate) const OWN_MOTION: Trial =
     Trial::new("own_motion", &[0.2, 0.5], &[&[0.5, 0.2]]).shown(|shows| shows.receiver_moves);
 

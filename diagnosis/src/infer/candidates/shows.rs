@@ -35,7 +35,7 @@ pub(crate) struct Shows {
     pub(crate) climbs: bool,
     /// Whether the receiver's battery voltage varies.
     pub(crate) battery: bool,
-    /// Whether a receiver moves by as much as changes the air that it meets.
+    /// Whether a receiver moves by as much as changes its exposure.
     pub(crate) receiver_moves: bool,
     /// Whether a receiver moves at all.
     pub(crate) receiver_travels: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Shows {
     pub(crate) axial_only: bool,
     /// Exponent by which jets add up in the baseline.
     pub(crate) merging: f64,
-    /// Age of the air in the baseline over that at the centreline's speed; 0: it takes no time.
+    /// Age of the air in the baseline over that at the centreline's speed; 0: quasi-static.
     pub(crate) lag_factor: f64,
     /// Times of the first and the last sample (s).
     pub(crate) span_s: [f64; 2],

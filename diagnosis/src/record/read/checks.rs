@@ -1,8 +1,8 @@
 //! What cannot be in a vehicle's rows: times out of order, values that no drone has, holes, a
 //! frozen position, the floor, a crash.
 //!
-//! A row with a value that cannot be is left out as a whole and counted, but for what its thrust is
-//! not told by ([`spare`]); nothing is mended.
+//! A row with a value that cannot be is left out as a whole and counted, except for values that its
+//! thrust does not need ([`spare`]); nothing is mended.
 
 use std::ops::RangeInclusive;
 
@@ -43,8 +43,8 @@ const GAP_OVER_MEDIAN: f64 = 3.0;
 /// ... and longer than this (s): chosen here, the time in which a Crazyflie's attitude can turn by
 /// 45°.
 const GAP_S: f64 = 0.05;
-/// Steps off the median by more than this part of it count as uneven; told when one in a hundred
-/// is. Chosen here.
+/// Steps off the median by more than this part of it count as uneven; reported when one in a
+/// hundred is. Chosen here.
 const UNEVEN: f64 = 0.25;
 /// Identical positions in a row that make a frozen position, provided the velocity says it moved by
 /// [`FROZEN_M`].
@@ -133,14 +133,14 @@ pub(super) fn check(
     }
 }
 
-/// Whether speeds of rotors tell the thrust: duty cycles and battery are not needed for it.
+/// Whether speeds of rotors give the thrust: duty cycles and battery are not needed for it.
 fn is_told_by_rotors(samples: &Samples, limits: &Conventions) -> bool {
     let has = |role| samples.columns.contains_key(&role);
     let is_felt = limits.acceleration.is_some() && has(Role::Acceleration(0));
     has(Role::RotorSpeed(0)) && (is_felt || !has(Role::Force(0)))
 }
 
-/// Where speeds of rotors tell the thrust, a duty cycle or battery voltage that cannot be is left
+/// Where speeds of rotors give the thrust, a duty cycle or battery voltage that cannot be is left
 /// out alone, as not a number, not its row.
 pub(super) fn spare(vehicle: &str, samples: &mut Samples, limits: &Conventions, found: &mut Found) {
     if !is_told_by_rotors(samples, limits) {

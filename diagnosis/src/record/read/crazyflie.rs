@@ -1,5 +1,5 @@
-//! What the Crazyflie calls what it logs, which is understood without being told: in tables that
-//! cfclient and cflib write, and on its card.
+//! The Crazyflie's names of logged values, known in advance: in tables that cfclient and cflib
+//! write, and on its card.
 
 use std::borrow::Cow;
 

@@ -264,8 +264,8 @@ pub(super) fn vehicle(
     })
 }
 
-/// Of several columns that tell a force, those that do not. Duty cycles with a battery tell what
-/// the motors are given, too.
+/// Of several columns that give a force, the unused ones. Duty cycles with a battery give the
+/// motors' input, too.
 fn superseded(id: &str, track: &Track, found: &mut Found) {
     let has_force = track.specific_force_mps2.is_some() || track.force_n.is_some();
     let Some(source) = track.thrust_source().filter(|_| has_force) else {
@@ -306,7 +306,7 @@ fn superseded(id: &str, track: &Track, found: &mut Found) {
     }
 }
 
-/// Values taken for lack of better.
+/// Assumed values.
 fn assumptions(id: &str, kind: &VehicleType, found: &mut Found) {
     let mut tell = |what: String| found.remark(RemarkKind::Assumed, Some(id), what);
     for (name, value) in [

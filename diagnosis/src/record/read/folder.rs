@@ -329,7 +329,7 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
         ),
         (&plausible::PRESSURE, pressure_pa, field("pressure_pa")),
     ] {
-        // What is not positive was told.
+        // What is not positive was reported.
         if let Some(value) = value.filter(|value| *value > 0.0) {
             range.holds(value, place, found);
         }

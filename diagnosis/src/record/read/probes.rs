@@ -1,7 +1,7 @@
 //! `probes.csv`: readings of anemometers, and which of them cannot be used.
 //!
 //! Sample `i` is data row `i`, so nothing is taken out: a reading that cannot be used becomes NaN,
-//! is counted and told.
+//! is counted and reported.
 
 use std::collections::BTreeMap;
 
@@ -63,7 +63,7 @@ pub(super) fn probes(
             let cell = cell.trim();
             let message = match cell.parse::<f64>() {
                 _ if cell.is_empty() => Some(format!("is empty; {wanted}")),
-                // Where it was read it was told.
+                // It was reported where it was read.
                 Err(_) => None,
                 Ok(_) => Some(format!("is {id}; {wanted}")),
             };

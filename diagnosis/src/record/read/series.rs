@@ -38,7 +38,7 @@ pub(super) struct Sources {
 }
 
 /// All streams of one vehicle at the times of the first that has a position; of two that say the
-/// same the first is used, and the other is told. `None` where no stream has a position.
+/// same the first is used, and the other reported. `None` where no stream has a position.
 pub(super) fn joined(
     id: &str,
     mut streams: Vec<Stream>,
@@ -163,7 +163,7 @@ impl Stream {
         found.map(|(_, column)| column)
     }
 
-    /// Without the records whose times do not rise, which are told.
+    /// Without the records whose times do not rise, which are reported.
     fn in_order(mut self, id: &str, found: &mut Found) -> Stream {
         let (_, left_out) = in_order(&self.t_s);
         let mut log = RowRemarks {

@@ -209,9 +209,9 @@ fn on_time(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
     over_limit(scene, &air, (air_limit_mps, asked), ViolationKind::Zone)
 }
 
-/// The least delay of one flight, up to one (s) and told to a resolution (s), at which the air of a
-/// zone exceeds its limit, all others on time; `None`: there is none. Step by step of the delay,
-/// the first that breaks the limit by halves.
+/// The least delay of one flight, up to one (s) and to a resolution (s), at which the air of a zone
+/// exceeds its limit, all others on time; `None`: there is none. Step by step of the delay, the
+/// first that breaks the limit by halves.
 pub(crate) fn least_delay_s(
     scene: &Scene<'_>,
     zone: &Zone,
