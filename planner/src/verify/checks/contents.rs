@@ -2,7 +2,7 @@
 //!
 //! A plan may come from any program. Numbers that are not finite or not positive where they must
 //! be, air that no model covers, names that do not match and claims of being airborne that the
-//! trajectory denies become violations of the kind `malformed`; the rest is judged.
+//! trajectory denies become violations of the kind `malformed`; the rest is judged if it can be.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;

@@ -696,7 +696,7 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
     emitted
 }
 
-/// The flights of some wakes, from their emitters and times on time (s): each while one of its
+/// The flights of some wakes, by emitter and span on time (s): each while one of its
 /// wakes counts at some shift of its clock, behind and ahead by up to so much (s).
 fn shifts<'a>(
     scene: &'a Scene<'_>,
