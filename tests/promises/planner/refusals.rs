@@ -519,6 +519,29 @@ fn read(text: &str) -> World {
 /// A wall with a gap half a metre wide, which no step of one metre passes: the way round it takes
 /// three times as long as there is.
 #[test]
+fn a_place_is_told_with_which_others_are_planned_by_a_closer_look_alone() {
+    let world = read(
+        r#"Scenario(name: "occupied", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)), drones: [
+            (name: "a", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (5, 5, 1))]),
+            (name: "b", airframe: "kolibri", start_m: (5.2, 5, 1)),
+            (name: "c", airframe: "kolibri", start_m: (9, 9, 1), tasks: [(to_m: (5, 5, 2))])])"#,
+    );
+    let refused = answered(&world);
+    let [failure] = &refused.failures[..] else {
+        panic!("{:?}", refused.failures);
+    };
+    let FailureCause::GoalConflict(Some(conflict)) = &failure.cause else {
+        panic!("{:?}", failure.cause);
+    };
+    assert_eq!(conflict.drone, "a");
+    let mut moved = world.clone();
+    moved.drones[0].tasks[0].to_m = conflict.nearest_fix_m.expect("a place");
+    let planned = answered(&moved);
+    assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+    assert_sound(&moved, &planned.plan);
+}
+
+#[test]
 fn an_appointment_beyond_a_gap_that_whole_cells_miss_is_kept_on_finer_ones() {
     let world = read(
         r#"Scenario(name: "gap", bounds_m: (min: (0, 0, 0), max: (20, 20, 2)),
