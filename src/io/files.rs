@@ -85,7 +85,7 @@ pub(crate) fn below<N: AsRef<Path>, B>(folder: &Path, files: Vec<(N, B)>) -> Vec
     files.into_iter().map(there).collect()
 }
 
-/// [`write`] of files by their names in a folder; gives their paths.
+/// [`write()`] of files by their names in a folder; gives their paths.
 pub(crate) fn write_below<B: AsRef<[u8]>>(
     folder: &Path,
     files: Vec<(String, B)>,

@@ -52,7 +52,7 @@ fn few_clusters(clusters: usize) -> f64 {
     clusters as f64 / (clusters as f64 - 1.0)
 }
 
-/// Least squares solved from the sums of [`Trace::gram`].
+/// Least squares solved from the sums of `Trace::gram`.
 pub(crate) struct Solved {
     pub(crate) newtons: DVector<f64>,
     /// By trace, what its rows are times, of the fit; 1 where all share one.

@@ -104,7 +104,7 @@ impl Layout {
         Ok(Layout { types })
     }
 
-    /// Where "poses[*].pose.position.x" lies; `None` where there is no such number or text.
+    /// Where `poses[*].pose.position.x` lies; `None` where there is no such number or text.
     pub(super) fn path(&self, words: &str) -> Option<Path> {
         let mut path = Vec::new();
         let mut within = Some(0);
