@@ -160,8 +160,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
             }
         }
     }
-    let is_large = setting.weights.len() > MOST_JUDGED_IN_FULL;
-    if setting.reservations.is_some() && !setting.under_way.is_empty() && is_large {
+    if setting.reservations.is_some() && setting.under_way.len() > MOST_JUDGED_IN_FULL {
         return Searched {
             found: Found::Blocked(obstruction),
             expansions,
