@@ -188,7 +188,7 @@ impl Agent {
         (blocker.why != Why::Bodies || self.is_caught) && self.may_forgive(blocker.drone, departs)
     }
 
-    /// Whether it does for some conflict of a leg from `departs` on with a drone.
+    /// Whether it forgives conflicts of some kind with a drone, of a leg from `departs` on.
     pub(crate) fn may_forgive(&self, drone: DroneId, departs: Tick) -> bool {
         departs < self.departs.after(self.forgiven_ticks) && self.forgiven.contains(&drone)
     }

@@ -719,20 +719,20 @@ impl Refusals<'_> {
             .or_else(by_a_closer_look)
     }
 
-    /// Whether all of a small fleet are planned in a changed world, where what would be refused is
-    /// planned again as it is in a run.
+    /// Whether all of a small fleet are planned in a changed world that is in order, where what
+    /// would be refused is planned again as it is in a run.
     fn is_planned_in_the_end(&self, changed: &World) -> bool {
-        let Some(most) = self.most_expansions() else {
-            return false;
-        };
-        let is_large = changed.drones.len() > MOST_SMALL;
-        if is_large || (self.control.stop)() || changed.check().is_err() {
-            return false;
-        }
+        let is_small = changed.drones.len() <= MOST_SMALL;
+        let paths = is_small.then(|| self.planned_whole(changed, (1, Some(MOST_PARTS_LAST))));
+        (paths.flatten()).is_some_and(|paths| paths.unplanned.is_empty())
+    }
+
+    /// Paths of a changed world's whole fleet within one in so many of the states of a plan that
+    /// only shows whether something would help; see [`tried`].
+    fn planned_whole(&self, changed: &World, (share, parts): (u64, Option<f64>)) -> Option<Paths> {
+        let most = (self.most_expansions()? / share, parts);
         let changed = cell::chosen_anew(changed.clone());
-        let most = (most, Some(MOST_PARTS_LAST));
-        let tried = tried(&changed, self.control, most, &mut self.effort.borrow_mut());
-        tried.is_some_and(|paths| paths.unplanned.is_empty())
+        tried(&changed, self.control, most, &mut self.effort.borrow_mut())
     }
 
     /// States of the next plan that only shows whether something would help; `None`: enough was
@@ -768,11 +768,8 @@ impl Refusals<'_> {
             refused.collect::<Vec<_>>()
         };
         if changed.drones.len() <= MOST_SMALL {
-            let most = self.most_expansions()? / share;
-            let changed = cell::chosen_anew(changed.clone());
-            let most = (most, None);
-            let tried = tried(&changed, self.control, most, &mut self.effort.borrow_mut());
-            return tried.as_ref().map(refused);
+            let planned = self.planned_whole(changed, (share, None));
+            return planned.as_ref().map(refused);
         }
         let subfleet = Subfleet {
             world: changed,

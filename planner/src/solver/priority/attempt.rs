@@ -431,8 +431,8 @@ impl<'a> Attempt<'a> {
             self.release(drone);
             let setting = self.setting();
             let setting = Setting {
-                // Without tables a state takes twenty times as long; among drones that are under
-                // way hardly any finds a path that the tables do not know.
+                // Without tables a state takes twenty times as long, and among drones under way no
+                // more of these searches find a path.
                 reservations: setting.reservations.filter(|_| !self.kept.is_empty()),
                 weights: &immovable,
                 careful: true,
