@@ -569,7 +569,6 @@ impl Costmap {
             if !must {
                 return false;
             }
-            loads.sort_by_key(|(_, blocker)| (blocker.drone, blocker.began));
             block_largest(&mut loads, weak.min(budget), budget, verdict);
         }
         true

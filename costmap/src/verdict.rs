@@ -120,6 +120,7 @@ pub(crate) fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, block
     {
         Some((known, last)) => {
             *known = load.max(*known);
+            last.began = last.began.min(blocker.began);
             last.clear = last.clear.max(blocker.clear);
             last.flown = [
                 last.flown[0].min(blocker.flown[0]),

@@ -119,18 +119,21 @@ impl Zones {
                 return;
             }
             let shift = wakes.fleet.conditions().shift;
-            let until = leg.end.after(wakes.delay(leg) + shift);
-            for zones in self.loads.during(buckets(leg.start.before(shift), until)) {
+            let outlasts = wakes.delay(leg) + shift;
+            let (since, until) = (leg.start.before(shift), leg.end.after(outlasts));
+            for zones in self.loads.during(buckets(since, until)) {
                 let mut loads: Vec<(u32, Blocker)> = Vec::new();
                 for load in zones[index].iter().filter(|it| it.drone != leg.drone) {
                     let blocker = Blocker {
                         drone: load.drone,
                         why: Why::Zone,
-                        began: leg.start,
-                        clear: load.clear,
+                        began: load.flown[0].before(shift + outlasts),
+                        clear: load.clear.after(shift),
                         flown: load.flown,
                     };
-                    greatest_of_each(&mut loads, load.load, blocker);
+                    if blocker.began < leg.end && leg.start < blocker.clear {
+                        greatest_of_each(&mut loads, load.load, blocker);
+                    }
                 }
                 block_largest(&mut loads, own, self.budget, verdict);
             }

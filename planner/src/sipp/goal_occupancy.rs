@@ -337,6 +337,38 @@ mod tests {
         assert_eq!(met(beside_one_that_comes(3_000, there)), Some(DroneId(1)));
     }
 
+    /// What stays in a zone that holds one drone alone, where an immovable drone comes to stay
+    /// beside it from a moment on.
+    fn in_one_zone_with_one_that_comes(began: u32, tasks: &str) -> Stays {
+        let text = format!(
+            r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), zones: [
+                (name: "desk", min_m: (3, 3, 0), max_m: (6, 6, 0.5), air_limit_mps: 7)],
+                drones: [
+                (name: "a", airframe: "kolibri", start_m: (0.5, 0.5, 1.5), tasks: [{tasks}]),
+                (name: "b", airframe: "kolibri", start_m: (8.5, 8.5, 1.5), tasks: [])])"#
+        );
+        let world = read_world(&text).expect("in order");
+        let job = prepare(&world, &Passages::of(&world), &|| false);
+        let mut costmap = job.costmap(&world, 2);
+        costmap.insert(vec![Leg {
+            start: Tick(began),
+            ..job.agents[1].hover(Point3::new(3.5, 3.5, 1.5), job.agents[1].kinds[0])
+        }]);
+        let setting = Setting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
+        Stays::new(&setting, &job.agents[0])
+    }
+
+    #[test]
+    fn a_task_in_a_zone_may_be_over_before_another_comes_into_it() {
+        let there = "(to_m: (5.5, 5.5, 1.5), dwell_s: 1)";
+        let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
+        assert_eq!(in_one_zone_with_one_that_comes(3_000, &on).never, None);
+        let met = |stays: Stays| stays.never.map(|(drone, why, _)| (drone, why));
+        let by_zone = Some((DroneId(1), Why::Zone));
+        assert_eq!(met(in_one_zone_with_one_that_comes(50, &on)), by_zone);
+        assert_eq!(met(in_one_zone_with_one_that_comes(3_000, there)), by_zone);
+    }
+
     #[test]
     fn to_wait_is_chosen_where_it_is_cheaper() {
         let stay = StayPrice {
