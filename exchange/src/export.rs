@@ -1,11 +1,12 @@
 //! One plan in one format: written, read back, measured.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 use planner::Plan;
-use planner::plan::{DronePlan, Obstacle, Solid, TrajectoryEntry};
+use planner::plan::{DronePlan, Obstacle, Solid, TrajectoryEntry, failed};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -334,6 +335,8 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         georeference: options.georeference.or(origin),
         ..options.clone()
     };
+    let (plan, wrecks) = without_wrecks(plan, to);
+    let plan = &*plan;
     let courses = course::of_all(plan).map_err(|wrong| {
         let refusal = |(drone, error): (String, course::CourseError)| Refusal {
             drone,
@@ -372,6 +375,10 @@ pub fn export(plan: &Plan, to: Target, options: &Options) -> Result<Export, Expo
         return Err(ExportError::Refused(written.refused));
     }
     written.lost.extend(lost(plan, to, &courses));
+    let wrecks: Vec<&str> = wrecks.iter().map(String::as_str).collect();
+    written
+        .lost
+        .extend(of_some("is not flown, is left out", &wrecks));
     let kept = options.kept.told();
     if to != Target::Skybrush && !kept.is_empty() {
         let what = format!("{}: Skybrush's formats alone hold them", kept.join(", "));
@@ -849,6 +856,21 @@ fn write_qgc(
     written
 }
 
+/// The plan without the wrecks of drones that failed where files are flown, and their names.
+fn without_wrecks(plan: &Plan, to: Target) -> (Cow<'_, Plan>, Vec<String>) {
+    let (wrecks, drones): (Vec<_>, Vec<_>) =
+        (plan.drones.iter()).partition(|it| to.is_flown() && failed(&it.name).is_some());
+    if wrecks.is_empty() {
+        return (Cow::Borrowed(plan), Vec::new());
+    }
+    let flown = Plan {
+        drones: drones.into_iter().cloned().collect(),
+        ..plan.clone()
+    };
+    let names = wrecks.into_iter().map(|it| it.name.clone());
+    (Cow::Owned(flown), names.collect())
+}
+
 /// What is true of some drones; nothing where there are none.
 fn of_some(what: &str, names: &[&str]) -> Option<String> {
     let [first, rest @ ..] = names else {
@@ -877,7 +899,7 @@ fn lost(plan: &Plan, to: Target, courses: &[Course]) -> Vec<String> {
         to.is_flown() && it.leaves
     });
     some("no path was found, stands at its first place here", &|it| {
-        plan.unplanned.iter().any(|left| left.name == it.name)
+        plan.is_unplanned(&it.name)
     });
     let jumps = |it: &TrajectoryEntry| {
         !it.is_smooth() && it.position_m.iter().any(|at_m| *at_m != it.position_m[0])

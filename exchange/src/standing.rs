@@ -22,6 +22,7 @@ fn standing(drone: &DronePlan) -> Option<DronePlan> {
         (drone.at_end, drone.airborne_s.1) = (AtEnd::Hover, None);
     } else if leaves {
         drone.at_end = AtEnd::Land;
+        path.end_at(until_s.unwrap_or(from_s));
     }
     if enters_s.is_some() {
         path.hold_from_0();
@@ -58,7 +59,7 @@ pub(crate) fn refusals(plan: &Plan) -> Vec<Refusal> {
             drones.push(it.drone.clone());
         }
         let what = format!(
-            "in files that are flown who comes later stands at its first place, and who leaves at its last: {it}"
+            "in files that are flown a drone that comes later stands at its first place, and one that leaves at its last: {it}"
         );
         let refusal = move |drone| Refusal {
             drone,

@@ -77,7 +77,7 @@ impl Course {
             start if start <= 0.0 && !is_landed => enters_s,
             later => later.max(enters_s),
         };
-        let is_planned = !plan.unplanned.iter().any(|it| it.name == drone.name);
+        let is_planned = !plan.is_unplanned(&drone.name);
         let leaves = drone.at_end == AtEnd::Leave && is_planned;
         let lands = drone.has_landed() && is_planned;
         let gone_s = if leaves { last_s } else { f64::INFINITY };

@@ -96,17 +96,13 @@ fn table(plan: &Plan) -> Vec<Part> {
     parts
 }
 
-fn is_unplanned(plan: &Plan, drone: &DronePlan) -> bool {
-    plan.unplanned.iter().any(|entry| entry.name == drone.name)
-}
-
 /// All drones in the scenario's order; of a large fleet those unplanned and those delayed most,
 /// most delayed first, ties by extra energy, then in the scenario's order.
 fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
     if plan.drones.len() <= LIST_ALL_UP_TO {
         return plan.drones.iter().collect();
     }
-    let delay_s = |drone: &DronePlan| match is_unplanned(plan, drone) {
+    let delay_s = |drone: &DronePlan| match plan.is_unplanned(&drone.name) {
         true => f64::INFINITY,
         false => drone.arrives_s - drone.alone_s,
     };
@@ -122,7 +118,7 @@ fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
 
 fn cells(plan: &Plan, drone: &DronePlan) -> Vec<String> {
     let is_parked = drone.trajectory.t_s.len() == 1 && drone.arrives_s == 0.0;
-    let [arrives, waits, detour, energy] = match is_unplanned(plan, drone) {
+    let [arrives, waits, detour, energy] = match plan.is_unplanned(&drone.name) {
         true => ["stays", "-", "-", "-"].map(str::to_owned),
         false => [
             match is_parked {

@@ -377,6 +377,43 @@ fn drones_that_come_or_leave_and_would_stand_in_others_way_are_refused_by_name()
     assert_eq!(code, Some(0), "{errors}");
 }
 
+/// How high a Crazyflie's rotor plane is over the floor that it stands on (m): its body's radius.
+const LIES_M: f64 = 0.0691;
+
+#[test]
+fn a_drone_taken_away_after_it_landed_lies_where_it_came_down_and_a_wreck_is_left_out() {
+    let lies =
+        |t_s: Value| json!({"t_s": t_s, "position_m": [[2, 2, 2], [2, 2, LIES_M], [2, 2, LIES_M]]});
+    let flies = json!({"t_s": [0, 20], "position_m": [[9, 2, 2], [9, 12, 2]]});
+    let rests = json!({"t_s": [9], "position_m": [[2, 2, LIES_M]]});
+    let drones = [
+        ("down", lies(json!([0, 5, 9]))),
+        ("on", flies),
+        ("down (wreck)", rests),
+    ];
+    for drones in [&drones[..2], &drones[..]] {
+        let mut plan = fleet(drones);
+        plan["drones"][0]["at_end"] = "leave".into();
+        plan["drones"][0]["airborne_s"] = json!([0, 5]);
+        let has_failed = drones.len() > 2;
+        if has_failed {
+            plan["drones"][2]["enters_s"] = 9.into();
+            plan["drones"][2]["airborne_s"] = json!([9, 9]);
+            plan["drones"][2]["at_start"] = "landed".into();
+        }
+        let desk = desk(&plan);
+        for to in ["setpoints", "crazyswarm", "skybrush"] {
+            let line = format!("export plan.json --to {to} --out {to}");
+            let (code, _, errors) = run(desk.path(), &line);
+            assert_eq!(code, Some(0), "{to}: {errors}");
+            let manifest = fs::read_to_string(desk.path().join(to).join("export.json")).unwrap();
+            let left_out = "is not flown, is left out: `down (wreck)`";
+            assert_eq!(manifest.contains(left_out), has_failed, "{manifest}");
+            assert_eq!(manifest.matches("(wreck)").count(), usize::from(has_failed));
+        }
+    }
+}
+
 /// To and fro along x, so many times a second each.
 fn zigzag(pieces: usize, from_m: f64) -> Value {
     let at = |k: usize| [from_m + (k % 2) as f64 * 0.5, 3.0, 2.0];

@@ -492,7 +492,7 @@ const build = () => {
   if (stops.length) {
     add('h3', data.drones.length > 1 ? 'waits; had it gone on at once, it would have met' : 'waits');
     const ul = add('ul');
-    for (const [from, until, , other, costs] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s, later by ${number(costs)} s: `); if (other === null) li.append('no one drone'); else link(other, li); }
+    for (const [from, until, , other, costs] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s, later by ${number(costs)} s: `); if (other === null) li.append('no single drone: several wakes together, or others\u2019 plans; see plan explain'); else link(other, li); }
   }
   if (chosen.meets.length) {
     add('h3', 'wakes it meets');
@@ -557,6 +557,7 @@ const seek = at => { now = Math.min(Math.max(Number.isFinite(at) ? at : 0, 0), e
 const pick = drone => { chosen = drone || null; if (!chosen) follow = false; drawPath(chosen); drawFlownPath(chosen); build(); resize(); drawRows(); dirty = true; if (!playing) remember(); };
 const play = on => { playing = on; $('play').textContent = on ? 'pause' : 'play'; if (on && now >= end) now = 0; started = performance.now(); dirty = true; if (!on) remember(); };
 const fit = () => {
+  moved = false;
   controls.target.set(middle[0], middle[1], low[2] + size[2] * 0.3);
   const towards = new T.Vector3(-0.55, -1, 0.75).normalize();
   const bounds = [];
@@ -602,6 +603,8 @@ const paint = () => {
   drawRows();
   dirty = true;
 };
+// Whether the view is the reader's own: then a new size leaves it.
+let moved = false;
 let wide = 0, tall = 0;
 const resize = () => {
   const box = $('stage').getBoundingClientRect();
@@ -611,7 +614,7 @@ const resize = () => {
   renderer.setSize(wide, tall, false);
   camera.aspect = wide / Math.max(tall, 1);
   camera.updateProjectionMatrix();
-  if (first) fit();
+  if (first || !moved) fit();
   dirty = true;
 };
 const frame = time => {
@@ -652,6 +655,7 @@ $('view').addEventListener('pointerup', event => {
   down = null;
 });
 controls.addEventListener('change', () => { dirty = true; });
+controls.addEventListener('start', () => { moved = true; });
 timeline.addEventListener('click', event => {
   const box = timeline.getBoundingClientRect(), row = Math.floor((event.clientY - box.top) / ROW);
   if (data.drones[row]) pick(data.drones[row]);

@@ -180,7 +180,7 @@ impl DronePlan {
 pub(crate) const WRECK: &str = " (wreck";
 
 /// Of the name of a wreck that of the drone that failed; `None`: it is no wreck's.
-pub(crate) fn failed(name: &str) -> Option<&str> {
+pub fn failed(name: &str) -> Option<&str> {
     let (failed, rest) = name.rsplit_once(WRECK)?;
     let nth = rest.strip_suffix(')')?;
     let is_one = nth.is_empty() || nth.trim_start().parse::<usize>().is_ok();
@@ -220,10 +220,14 @@ impl Plan {
         self.drones.iter().find(|it| it.name == name)
     }
 
+    /// Whether a drone of this name has no path, and stays where it starts.
+    pub fn is_unplanned(&self, name: &str) -> bool {
+        self.unplanned.iter().any(|it| it.name == name)
+    }
+
     /// When one of its drones leaves (s); `None`: never, as one that is not planned.
     pub fn leaves_s(&self, drone: &DronePlan) -> Option<f64> {
-        let stays =
-            drone.at_end != AtEnd::Leave || self.unplanned.iter().any(|it| it.name == drone.name);
+        let stays = drone.at_end != AtEnd::Leave || self.is_unplanned(&drone.name);
         drone.trajectory.t_s.last().copied().filter(|_| !stays)
     }
 
@@ -639,6 +643,15 @@ impl TrajectoryEntry {
         if !self.control_m.is_empty() {
             self.control_m.insert(0, Vec::new());
         }
+    }
+
+    /// Leaves out all points after a time (s) but the first of all: the drone is at rest by then.
+    pub fn end_at(&mut self, t_s: f64) {
+        let points = self.t_s.partition_point(|it| *it <= t_s).max(1);
+        self.t_s.truncate(points);
+        self.position_m.truncate(points);
+        self.mass_kg.truncate(points);
+        self.control_m.truncate(points - 1);
     }
 
     /// Where the drone is at a time (s): held before the first point and after the last (m).

@@ -24,7 +24,7 @@ use costmap::leg::DroneId;
 
 use crate::plan::DronePlan;
 use crate::plan::outcome::{Control, Failure, Outcome, Progress};
-use crate::replan::track::{curve_m, legs_of};
+use crate::replan::track::{astray_m, legs_of};
 use crate::replan::{GivenError, given};
 use crate::scenario::world::World;
 use crate::solver::assemble::assemble;
@@ -57,13 +57,8 @@ pub fn plan_region(
     }
     let all = joined(world, others)?;
     let own = world.drones.len();
-    let curved = others.iter().zip(&all.drones[own..]);
-    let curved = curved.filter(|(entry, _)| entry.trajectory.is_smooth());
-    let others_astray_m = curved
-        .map(|(entry, drone)| {
-            let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
-            curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2))
-        })
+    let others_astray_m = (others.iter().zip(&all.drones[own..]))
+        .map(|(entry, drone)| astray_m(drone, entry))
         .fold(0.0, f64::max);
     let solve = |run: &mut Run<'_>| {
         let fixed = others.iter().zip(&all.drones[own..]).enumerate();

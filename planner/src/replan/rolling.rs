@@ -46,7 +46,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use super::change::{self, Change, ChangeError};
-use super::track::{State, Track, curve_m, cut, legs_of};
+use super::track::{State, Track, astray_m, cut, legs_of};
 use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FIRST_FORGIVEN_TICKS, FORGIVEN_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
@@ -168,7 +168,7 @@ impl Running {
         let agents = std::mem::take(&mut job.agents);
         let mut tracks = Vec::with_capacity(agents.len());
         for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {
-            let planned = !plan.unplanned.iter().any(|one| one.name == entry.name);
+            let planned = !plan.is_unplanned(&entry.name);
             let stops = agent.mover.stops().iter();
             let stops_m: Vec<_> = stops.map(|&stop| job.roadmap.position_m(stop)).collect();
             let path = path_of(entry, &agent, (job.roadmap.lattice(), &stops_m))?;
@@ -540,15 +540,6 @@ impl Running {
 fn of_kept<T>(all: Vec<T>, kept: &[bool]) -> Vec<T> {
     let kept = all.into_iter().zip(kept).filter(|(_, kept)| **kept);
     kept.map(|(it, _)| it).collect()
-}
-
-/// How far what is flown is from its legs (m), of a drone that is not planned here.
-fn astray_m(drone: &Drone, entry: &DronePlan) -> f64 {
-    if !entry.trajectory.is_smooth() {
-        return 0.0;
-    }
-    let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
-    curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2))
 }
 
 /// Whether this is the plan of this world, and can be flown.

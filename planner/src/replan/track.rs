@@ -10,6 +10,7 @@ use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{AtEnd, DronePlan, TrajectoryEntry};
+use crate::scenario::world::Drone;
 use crate::sipp::search::joined;
 use crate::solver::prepare::with_lifts;
 
@@ -475,8 +476,17 @@ pub(crate) fn legs_of(
 const CURVE_TICKS: u32 = 5;
 
 /// How far a curve flown at this acceleration (m/s²) is from its legs at most (m).
-pub(super) fn curve_m(acceleration_mps2: f64) -> f64 {
+fn curve_m(acceleration_mps2: f64) -> f64 {
     0.125 * acceleration_mps2 * Tick(CURVE_TICKS).seconds().powi(2)
+}
+
+/// How far what is flown is from its legs (m), of a drone that is not planned here.
+pub(super) fn astray_m(drone: &Drone, entry: &DronePlan) -> f64 {
+    if !entry.trajectory.is_smooth() {
+        return 0.0;
+    }
+    let flown_mps2 = entry.trajectory.highest_acceleration_mps2();
+    curve_m(drone.vehicle.max_acceleration_mps2.max(flown_mps2))
 }
 
 /// A trajectory as straight pieces: its curves in short ones.

@@ -338,7 +338,7 @@ fn of_drone(
     {
         missing.push("it may turn in no time, the scenario's motion is Smooth".to_owned());
     }
-    if plan.unplanned.iter().any(|it| it.name == drone.name) {
+    if plan.is_unplanned(&drone.name) {
         missing.extend((!in_flight).then(|| "it is unplanned".to_owned()));
         return missing;
     }

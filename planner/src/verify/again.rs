@@ -45,7 +45,7 @@ impl FlownEntry {
     /// Of the drone with this index.
     fn of(plan: &Plan, index: usize) -> FlownEntry {
         let drone = &plan.drones[index];
-        let is_unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
+        let is_unplanned = plan.is_unplanned(&drone.name);
         // Results are not part of it.
         let entry = DronePlan {
             arrives_s: 0.0,

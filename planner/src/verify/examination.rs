@@ -125,7 +125,7 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     for (drone, claims) in examined.drones.iter_mut().zip(&file.claims.drones) {
         drone.arrives_s = arrives_s(&file.plan, drone, claims.arrives_s);
     }
-    let is_planned = |it: &&DronePlan| !file.plan.unplanned.iter().any(|un| un.name == it.name);
+    let is_planned = |it: &&DronePlan| !file.plan.is_unplanned(&it.name);
     let arrivals = || (examined.drones.iter().filter(is_planned)).map(|it| it.arrives_s);
     (examined.fleet.makespan_s, examined.fleet.sum_of_arrivals_s) =
         (arrivals().fold(0.0, f64::max), arrivals().sum());
@@ -247,8 +247,7 @@ impl Differences<'_> {
         for (k, stated) in claims.drones.iter().enumerate().take(plan.drones.len()) {
             self.drone(k, stated);
         }
-        let is_planned =
-            |drone: &&DronePlan| !plan.unplanned.iter().any(|it| it.name == drone.name);
+        let is_planned = |drone: &&DronePlan| !plan.is_unplanned(&drone.name);
         let planned = || {
             let all = plan.drones.iter().zip(&claims.drones);
             all.filter(|(it, _)| is_planned(it))

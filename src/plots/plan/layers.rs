@@ -120,8 +120,7 @@ pub(super) fn drones(
             let (line, bends) = (solid(colour, width), bends(view, drone));
             let look = format!(r#"{line} stroke-opacity="{opacity}"{dashes}"#);
             let (name, airframe) = (&drone.name, &drone.airframe.name);
-            let is_unplanned = plan.unplanned.iter().any(|it| it.name == *name);
-            let arrives = match is_unplanned {
+            let arrives = match plan.is_unplanned(name) {
                 true => "stays".to_owned(),
                 false => format!("arrives {:.1} s", drone.arrives_s),
             };

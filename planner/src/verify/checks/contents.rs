@@ -192,7 +192,7 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         let who = (index, drone.name.as_str());
         let first_m = drone.trajectory.position_m.first().copied();
         let first_m = first_m.unwrap_or(Point3::origin());
-        let unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
+        let unplanned = plan.is_unplanned(&drone.name);
         match flight(&scene, &mut cache, index, drone, unplanned) {
             Ok((flight, doubts)) => {
                 let at = (flight.airborne_s.0.clamp(0.0, last_s), first_m);
