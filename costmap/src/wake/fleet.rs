@@ -86,6 +86,19 @@ pub(crate) fn left(limit: f64, recirculated: f64) -> f64 {
     (limit - recirculated).max(1e-6)
 }
 
+/// A lower bound of the horizontal distance between two paths (m): exact where they are apart
+/// along one axis alone.
+fn level_gap_m(first: &Leg, second: &Leg) -> f64 {
+    gap_along_m(first, second, 0).hypot(gap_along_m(first, second, 1))
+}
+
+/// How far two paths are apart along an axis (m).
+fn gap_along_m(first: &Leg, second: &Leg, axis: usize) -> f64 {
+    let ends = |leg: &Leg| (leg.from_m[axis], leg.to_m[axis]);
+    let ((a, b), (c, d)) = (ends(first), ends(second));
+    (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
+}
+
 /// All kinds of a fleet, with tables of what each one's wake brings to each other.
 #[derive(Clone, Debug)]
 pub struct Fleet {
@@ -369,13 +382,8 @@ impl Fleet {
     /// [`Fleet::meet`] where wakes are advected.
     fn meet_advected(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let shift = self.conditions.shift;
-        let apart = |axis: usize| {
-            let ends = |leg: &Leg| (leg.from_m[axis], leg.to_m[axis]);
-            let ((a, b), (c, d)) = (ends(first), ends(second));
-            (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
-        };
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
-        let apart_m = (apart(0).powi(2) + apart(1).powi(2)).sqrt();
+        let apart_m = level_gap_m(first, second);
         if apart_m >= reach_m {
             return None;
         }
@@ -387,7 +395,7 @@ impl Fleet {
         let gap_m = self.gap_m(first, second);
         // Seen from either the same to the last bit.
         meeting.bodies = match shift {
-            _ if apart_m.powi(2) + apart(2).powi(2) >= gap_m.powi(2) => false,
+            _ if apart_m.hypot(gap_along_m(first, second, 2)) >= gap_m => false,
             0 => (at_same_time_m(one, other))
                 .is_some_and(|[from_m, to_m]| nearest_square(&from_m, &to_m).sqrt() < gap_m),
             _ => self.shared(one, other, shift).is_some_and(|region| {
@@ -556,8 +564,7 @@ impl Fleet {
             let met = self
                 .envelope(kinds[0], kinds[1])
                 .along(&offsets_m[0], &offsets_m[1]);
-            let ratio =
-                self.wake(emitter.kind).induced_velocity_mps() / self.measure_mps(receiver.kind);
+            let ratio = self.velocity_ratio(emitter.kind, receiver.kind);
             (time.end.seconds() - time.start.seconds()) * price(met.mean * ratio)
         };
         of(second, first, ends[1]) + of(first, second, ends[0])
@@ -612,12 +619,7 @@ impl Fleet {
         let gap_m = self.gap_m(first, second);
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
         let far_m = reach_m.max(gap_m);
-        let apart = |axis: usize| {
-            let ends = |leg: &Leg| (leg.from_m[axis], leg.to_m[axis]);
-            let ((a, b), (c, d)) = (ends(first), ends(second));
-            (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
-        };
-        if apart(0).hypot(apart(1)) >= far_m {
+        if level_gap_m(first, second) >= far_m {
             return None;
         }
         // Seen from either the same to the last bit.
@@ -734,12 +736,8 @@ impl Fleet {
     /// The mean square of an emitter's air that fills a share of a receiver's budget:
     /// [`Fleet::load_of`] backwards.
     fn square_of(&self, emitter: KindId, (receiver, air_limit): (KindId, f64), share: f64) -> f64 {
-        let measure_mps = self.measure_mps(receiver);
-        let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
-        let limit = left(
-            air_limit,
-            self.conditions.flown.return_flow_mps / measure_mps,
-        );
+        let ratio = self.velocity_ratio(emitter, receiver);
+        let limit = self.limit_left(receiver, air_limit);
         let additive = (share * f64::from(BUDGET)).floor() / WHOLE;
         let of_limit = match self.conditions.superposition {
             Superposition::Linear => additive,
@@ -764,9 +762,7 @@ impl Fleet {
             return;
         }
         let load = self.load_of(emitter, receiver, met.peak_square);
-        let ratio =
-            self.wake(emitter.kind).induced_velocity_mps() / self.measure_mps(receiver.kind);
-        let alpha = met.mean * ratio;
+        let alpha = met.mean * self.velocity_ratio(emitter.kind, receiver.kind);
         if onto_first {
             (meeting.load_on_first, meeting.alpha_first) = (load, alpha);
         } else {
@@ -776,10 +772,20 @@ impl Fleet {
 
     /// Millionths of a receiver's budget that a mean square of an emitter's air fills.
     pub(crate) fn load_of(&self, emitter: &Leg, receiver: &Leg, peak_square: f64) -> u32 {
-        let measure_mps = self.measure_mps(receiver.kind);
-        let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
-        let recirculated = self.conditions.flown.return_flow_mps / measure_mps;
-        self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, recirculated))
+        let ratio = self.velocity_ratio(emitter.kind, receiver.kind);
+        let limit = self.limit_left(receiver.kind, receiver.air_limit);
+        self.load(peak_square.sqrt() * ratio / limit)
+    }
+
+    /// An emitter's induced velocity at hover over that in which a receiver's limit is stated.
+    pub(super) fn velocity_ratio(&self, emitter: KindId, receiver: KindId) -> f64 {
+        self.wake(emitter).induced_velocity_mps() / self.measure_mps(receiver)
+    }
+
+    /// What recirculation leaves of a receiver's limit of air.
+    pub(super) fn limit_left(&self, receiver: KindId, air_limit: f64) -> f64 {
+        let recirculated = self.conditions.flown.return_flow_mps / self.measure_mps(receiver);
+        left(air_limit, recirculated)
     }
 
     /// From this horizontal distance on, two drones of these kinds load one another so little that

@@ -14,7 +14,7 @@ use crate::plan::cause::as_typed;
 use crate::plan::trajectory::{Tail, Trajectory};
 use crate::plan::{AtEnd, DronePlan, TrajectoryEntry};
 use crate::scenario::WorldError;
-use crate::scenario::limits::{BUSY_S, PLACE_M};
+use crate::scenario::limits::{BUSY_S, DWELL_S, PLACE_M};
 use crate::scenario::world::{Drone, Task, World};
 
 /// What is wrong with a world, a plan, or the drones of one, that is handed in.
@@ -52,6 +52,16 @@ pub enum GivenError {
         /// What is wrong.
         why: String,
     },
+}
+
+/// How long a trajectory is in motion (s): what is not at rest is cut into legs of a few ticks.
+fn moving_s(entry: &TrajectoryEntry) -> f64 {
+    let times = entry.t_s.windows(2).zip(entry.position_m.windows(2));
+    let pieces = times.enumerate().filter(|(k, (_, places_m))| {
+        let bends = entry.control_m.get(*k).is_some_and(|it| !it.is_empty());
+        bends || places_m[0] != places_m[1]
+    });
+    pieces.map(|(_, (times, _))| times[1] - times[0]).sum()
 }
 
 /// What flies in a plan, with nothing to do, where its trajectory begins; held against the rules of
@@ -104,6 +114,12 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
         let (low, high) = (BUSY_S.low, BUSY_S.high);
         let time_s = as_typed(time_s);
         let why = format!("{time_s} s is no time of a plan, which are from {low} to {high:.1e} s");
+        return Err(unusable(why));
+    }
+    let moving_s = moving_s(&entry.trajectory);
+    if moving_s > DWELL_S.high {
+        let (moving_s, most_s) = (as_typed(moving_s), DWELL_S.high);
+        let why = format!("it is in motion for {moving_s} s in all, of at most {most_s} s");
         return Err(unusable(why));
     }
     // Its heaviest load counts as a task's.

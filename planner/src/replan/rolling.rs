@@ -187,9 +187,10 @@ impl Running {
             });
         }
         let drones = plan.drones.len();
+        let known = Tick(0);
         let mut running = Running {
             solids: Arc::new(Solids::of(&world)),
-            costmap: job.costmap(&world, 0),
+            costmap: filled(&mut job, &world, &mut tracks, known),
             steps: None,
             judgements: Judgements::default(),
             world,
@@ -197,9 +198,8 @@ impl Running {
             plan: exposed(plan, vec![DroneExposure::default(); drones]),
             job,
             tracks,
-            known: Tick(0),
+            known,
         };
-        running.fill_costmap();
         running.tabulate();
         verify_again(&running.plan, &mut running.judgements);
         Ok(running)
@@ -502,15 +502,8 @@ impl Running {
 
     /// A costmap with room for more, and what all drones still fly in it.
     fn fill_costmap(&mut self) {
-        let room = self.tracks.len() + SPARE_DRONES;
-        // How far what they fly is from its legs.
-        self.job.agents = self.tracks.iter().map(|it| it.agent.clone()).collect();
-        self.costmap = self.job.costmap(&self.world, room);
+        self.costmap = filled(&mut self.job, &self.world, &mut self.tracks, self.known);
         self.steps = None;
-        for track in &mut self.tracks {
-            track.lingers = self.costmap.lingers();
-            self.costmap.insert(track.flown_from(self.known));
-        }
     }
 
     /// Tables for the fleet as it is in the costmap.
@@ -540,6 +533,18 @@ impl Running {
 fn of_kept<T>(all: Vec<T>, kept: &[bool]) -> Vec<T> {
     let kept = all.into_iter().zip(kept).filter(|(_, kept)| **kept);
     kept.map(|(it, _)| it).collect()
+}
+
+/// The costmap of what all drones fly from a moment on, with room for more.
+fn filled(job: &mut Job, world: &World, tracks: &mut [Track], known: Tick) -> Costmap {
+    // How far what they fly is from its legs.
+    job.agents = tracks.iter().map(|it| it.agent.clone()).collect();
+    let mut costmap = job.costmap(world, tracks.len() + SPARE_DRONES);
+    for track in tracks {
+        track.lingers = costmap.lingers();
+        costmap.insert(track.flown_from(known));
+    }
+    costmap
 }
 
 /// Whether this is the plan of this world, and can be flown.

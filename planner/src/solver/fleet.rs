@@ -396,13 +396,13 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The same within so many states, of a world that is prepared already and where no two starts
-    /// exclude one another.
+    /// The same within so many states, improved after or not, of a world that is prepared already
+    /// and where no two starts exclude one another.
     pub(crate) fn limited(
         world: &'a World,
         control: &'a Control<'a>,
         job: Job,
-        most_expansions: u64,
+        (most_expansions, improves): (u64, bool),
     ) -> Run<'a> {
         Run {
             world,
@@ -411,7 +411,7 @@ impl<'a> Run<'a> {
             endpoints: Exclusions::default(),
             effort: Effort::default(),
             most_expansions: Some(most_expansions),
-            improves: true,
+            improves,
             is_tried: false,
             parts: None,
         }

@@ -94,8 +94,8 @@ impl Subfleet<'_> {
         own.drones.truncate(self.chosen.len());
         let prepare = || prepare_with(&own, &terms.spacing, &self.job.roadmap.channels());
         let job = self.prepared.job(terms.spacing, prepare);
-        let mut run = Run::limited(&own, &quiet, job, terms.most_expansions);
-        run.improves = terms.improves;
+        let most = (terms.most_expansions, terms.improves);
+        let mut run = Run::limited(&own, &quiet, job, most);
         let rest = order.iter().enumerate().skip(self.chosen.len());
         let fixed = rest.map(|(index, drone)| {
             let legs = self.paths.costmap.legs(*drone).iter();

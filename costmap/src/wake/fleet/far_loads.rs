@@ -1,6 +1,6 @@
 //! Bounds of what wakes bring to others by horizontal distance alone.
 
-use super::{Fleet, left};
+use super::Fleet;
 use crate::leg::KindId;
 
 /// Distances at which loads of far wakes are tabulated: chosen here (m).
@@ -68,10 +68,8 @@ fn loads_by_distance(fleet: &Fleet, emitter: KindId, receiver: KindId) -> Vec<u3
         return Vec::new();
     }
     let envelope = fleet.envelope(emitter.index(), receiver.index());
-    let measure_mps = fleet.measure_mps(receiver);
-    let ratio = fleet.wake(emitter).induced_velocity_mps() / measure_mps;
-    let recirculated = fleet.conditions.flown.return_flow_mps / measure_mps;
-    let limit = left(fleet.conditions.lowest_air_limit, recirculated);
+    let ratio = fleet.velocity_ratio(emitter, receiver);
+    let limit = fleet.limit_left(receiver, fleet.conditions.lowest_air_limit);
     let load = |step: usize| {
         let square = envelope.highest_square(step as f64 * FAR_STEP_M);
         fleet.load(square.sqrt() * ratio / limit)

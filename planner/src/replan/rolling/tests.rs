@@ -1022,6 +1022,12 @@ fn what_another_planner_flies_is_kept_clear_of_and_changes_hands_both_ways() {
         let wrong = running.replan(1.0, &[late("lifter", 1.0)], &Control::QUIET);
         assert_eq!(wrong, Err(vec![ChangeError::Fixed("lifter".to_owned())]));
 
+        // One that is in motion for months is no flight.
+        let mut slow = theirs.drones[0].clone();
+        slow.trajectory.t_s.iter_mut().for_each(|t_s| *t_s *= 1e5);
+        let refused = given(&slow, &ours).expect_err("too long").to_string();
+        assert!(refused.contains("it is in motion for"), "{refused}");
+
         // Where it hovers at its end it is taken over.
         let lifter = Drone {
             start_m: Point3::new(9.5, 11.5, 4.5),
