@@ -317,7 +317,11 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
         number("makespan (s)", &|it| Some(it.makespan_s), 2),
         number("sum of costs (s)", &|it| Some(it.sum_of_arrivals_s), 2),
         number("energy by downwash (J)", &|it| Some(it.extra_energy_j), 1),
-        number("worst air over its limit", &|it| it.worst_over_limit, 3),
+        number(
+            "worst air, as a share of its limit",
+            &|it| it.worst_over_limit,
+            3,
+        ),
         number("strongest air in a zone (m/s)", &|it| it.zone_air_mps, 2),
         number("closest bodies (m)", &|it| it.closest_gap_m, 3),
         number("least time margin (s)", &|it| it.least_late_s, 2),

@@ -242,11 +242,13 @@ impl Source {
     }
 }
 
+/// A file's name without its ending; a folder's as it is.
 fn stem(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    let name = match path.is_dir() {
+        true => path.file_name(),
+        false => path.file_stem(),
+    };
+    name.unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// What is wrong, a line each, as much of it as one reads.

@@ -1,5 +1,6 @@
-//! The geometry of one drone's body and wake, as parry shapes, written once: what is flown, and
-//! ([`swept`], [`iso_speed`]) what tests hold that against.
+//! The geometry of one drone's body and wake, written once: as sections in closed form, from which
+//! the conflict tables are made, and ([`swept`]) the same sections as parry shapes, which tests
+//! hold the tables against.
 //!
 //! All lengths in metres, z up; depths are measured down from the rotor plane. Every approximation
 //! is outward.

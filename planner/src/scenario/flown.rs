@@ -4,7 +4,8 @@
 //! A log is noisy and ends when recording ends. A drone that rests on the floor or on an obstacle,
 //! as near as a scenario has it for starts, at its first sample starts landed, at its last one it
 //! has landed; until it first leaves that place its noise is no motion. One that is in the air when
-//! its samples end hovers there until the log ends, and for good where the log is over by then.
+//! its samples end hovers there until the log ends, and is gone then; for good where its one sample
+//! is the log's last moment.
 //! Between two samples it flies straight. Speed is a mean over half a second: noise of a centimetre
 //! at 20 Hz is 0.3 m/s from sample to sample.
 //!

@@ -273,7 +273,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Without haste.
+    /// Least cost of a whole path through a state: its f-value, before it is weighted.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
         let least = self.least(node, label.waypoint, label.paid, label.at)?;
         // A label with drones met still pays for the rest of its stays. To know that saves a fleet
