@@ -44,7 +44,7 @@ pub struct Separation {
 
 /// What the lower drone meets at one place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Met {
+pub struct SeparationExposure {
     /// Mean over its rotor discs (m/s).
     pub air_mps: f64,
     /// The same over its induced velocity.
@@ -104,7 +104,7 @@ impl Separation {
 
     /// What is met so far below and beside (m, rotor plane to rotor plane, axis to axis).
     #[must_use]
-    pub fn met(&self, below_m: f64, beside_m: f64) -> Met {
+    pub fn met(&self, below_m: f64, beside_m: f64) -> SeparationExposure {
         let source = [Source {
             wake: &self.upper,
             position_m: Point3::origin(),
@@ -120,7 +120,7 @@ impl Separation {
         });
         let air_mps = means.fold(0.0, f64::max);
         let alpha = air_mps / self.lower_u_h_mps;
-        Met {
+        SeparationExposure {
             air_mps,
             alpha,
             power: power::beta(alpha),
@@ -177,7 +177,7 @@ impl Separation {
             let tan = angle_rad.tan();
             let along_m = wide_m * tan;
             let step_s = wide_m * (1.0 + tan * tan) * step_rad / speed_mps;
-            let Met { air_mps, alpha, .. } = self.met(below_m, along_m.abs());
+            let SeparationExposure { air_mps, alpha, .. } = self.met(below_m, along_m.abs());
             if let Some(before) = before.replace((angle_rad, alpha)) {
                 let over_rad = part_over([before, (angle_rad, alpha)], limit);
                 let over = over_rad[1].tan() - over_rad[0].tan();

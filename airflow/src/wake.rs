@@ -155,7 +155,7 @@ impl Wake {
     }
 
     /// How far (m) it may lie beside its axis at a depth (m), whatever it leans.
-    pub(crate) fn astray_m(&self, depth_m: f64) -> f64 {
+    pub(crate) fn lean_offset_m(&self, depth_m: f64) -> f64 {
         self.lean * depth_m
     }
 
@@ -210,7 +210,7 @@ impl Wake {
             None => Some(half_width_m),
             Some(shape) => shape
                 .spread(depth_m / self.length_m)
-                .map(|times| times * half_width_m + self.astray_m(depth_m)),
+                .map(|times| times * half_width_m + self.lean_offset_m(depth_m)),
         }
     }
 
@@ -225,8 +225,8 @@ impl Wake {
         let levels = (0..=16).map(|k| f64::from(k) / 16.0 * self.far.from_m() / self.length_m);
         let radius_m = levels.filter_map(|s| {
             let [x, y] = shape.axis(s)?;
-            let astray_m = self.astray_m(s * self.length_m);
-            Some(x.hypot(y) * self.length_m + shape.spread(s)?.max(1.0) * tips_m + astray_m)
+            let lean_offset_m = self.lean_offset_m(s * self.length_m);
+            Some(x.hypot(y) * self.length_m + shape.spread(s)?.max(1.0) * tips_m + lean_offset_m)
         });
         radius_m.fold(tips_m, f64::max)
     }

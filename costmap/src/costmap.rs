@@ -6,13 +6,13 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::leg::{DroneId, Leg, Tick};
-use crate::reservations::background::{FarWakes, Spread, spreads};
+use crate::reservations::background::{FarWakeLoads, FarWakes, far_wake_loads};
 use crate::reservations::ground::{Footprint, Ground};
 use crate::reservations::over_time::part_ticks;
 use crate::reservations::timeline::{Item, Timeline};
 use crate::reservations::zones::{Wakes, ZoneBox, Zones};
 use crate::verdict::{
-    Blocker, Incoming, Verdict, Why, block_largest, greatest_of_each, peak, price,
+    Blocker, IncomingLoad, Verdict, Why, block_largest, peak, price, record_max_load,
 };
 use crate::wake::fleet::{BUDGET, Fleet, WHOLE};
 use crate::wake::surfaces::BlockingSurfaces;
@@ -44,7 +44,7 @@ pub struct Costmap {
 #[derive(Clone, Debug)]
 pub struct Reservation {
     legs: Vec<Leg>,
-    spreads: Vec<Spread>,
+    far_wake_loads: Vec<FarWakeLoads>,
 }
 
 impl Reservation {
@@ -55,7 +55,7 @@ impl Reservation {
 }
 
 /// An item that is close to a part, what it brings the part, and the other way round.
-type Met = (u32, Incoming, Incoming);
+type PairLoads = (u32, IncomingLoad, IncomingLoad);
 
 impl Costmap {
     /// An empty costmap for a fleet of this many drones.
@@ -116,7 +116,7 @@ impl Costmap {
 
     /// How long the air of a leg may matter after its end, at most, margins of time included
     /// (ticks); 0 where wakes are quasi-static.
-    pub fn lingers(&self) -> u32 {
+    pub fn wake_persistence_ticks(&self) -> u32 {
         match self.fleet.is_advected() {
             true => self.shift() + self.fleet.longest_delay(self.fleet.conditions().deepest_m),
             false => 0,
@@ -184,14 +184,17 @@ impl Costmap {
     /// What a drone's legs bring to every place, independent of all others: it can be worked out
     /// for several drones at a time.
     pub fn reservation(&self, legs: Vec<Leg>) -> Reservation {
-        let spreads = self.spreads(&legs);
-        Reservation { legs, spreads }
+        let far_wake_loads = self.far_wake_loads(&legs);
+        Reservation {
+            legs,
+            far_wake_loads,
+        }
     }
 
     /// What a drone's legs add to the far-wake background.
-    fn spreads(&self, legs: &[Leg]) -> Vec<Spread> {
+    fn far_wake_loads(&self, legs: &[Leg]) -> Vec<FarWakeLoads> {
         match self.fleet.conditions().wakes {
-            true => spreads(
+            true => far_wake_loads(
                 &self.fleet,
                 self.timeline.ground(),
                 self.surfaces.floor_z_m(),
@@ -203,26 +206,29 @@ impl Costmap {
 
     /// [`Costmap::insert`] of what is known already.
     pub fn reserve(&mut self, reservation: Reservation) {
-        let Reservation { legs, spreads } = reservation;
+        let Reservation {
+            legs,
+            far_wake_loads,
+        } = reservation;
         let Some(first) = legs.first() else { return };
         let drone = first.drone;
         self.remove(drone);
-        self.timeline.forget_all_met();
+        self.timeline.forget_all_incoming();
         let mut all: Vec<(Leg, [Tick; 2], f64)> = Vec::new();
         for leg in &legs {
             let (whole, end_z_m) = ([leg.start, leg.end], self.wake_end_z_m(leg));
             all.extend(parts(leg).map(|part| (part, whole, end_z_m)));
         }
-        let met: Vec<Vec<Met>> = match self.fleet.conditions().wakes {
+        let pair_loads: Vec<Vec<PairLoads>> = match self.fleet.conditions().wakes {
             true => all
                 .par_iter()
                 .map(|(part, _, end)| self.meets(part, *end))
                 .collect(),
             false => vec![Vec::new(); all.len()],
         };
-        for ((part, whole, end_z_m), met) in all.into_iter().zip(met) {
+        for ((part, whole, end_z_m), pair_loads) in all.into_iter().zip(pair_loads) {
             let index = self.timeline.add(part, whole, end_z_m);
-            for (other, on_me, on_them) in met {
+            for (other, on_me, on_them) in pair_loads {
                 if on_me.load > 0 {
                     self.timeline.meets(index, on_me);
                 }
@@ -238,31 +244,31 @@ impl Costmap {
         for leg in &legs {
             self.zones.add(leg, wakes);
         }
-        self.far_wakes.add(&spreads);
+        self.far_wakes.add(&far_wake_loads);
         self.legs[drone.0 as usize] = legs;
     }
 
     /// What a part and those that are close to it bring one another, in a row what one drone
     /// brings; see [`peak`].
-    fn meets(&self, part: &Leg, wake_end_z_m: f64) -> Vec<Met> {
-        let mut met = Vec::new();
+    fn meets(&self, part: &Leg, wake_end_z_m: f64) -> Vec<PairLoads> {
+        let mut pair_loads = Vec::new();
         self.close_to(part, |other, item| {
             let ends = [wake_end_z_m, item.wake_end_z_m];
             if let Some(meeting) = self.fleet.meet(part, &item.leg, ends) {
                 let on_me = self.incoming(part, &item.leg, meeting.load_on_first);
                 let on_them = self.incoming(&item.leg, part, meeting.load_on_second);
-                met.push((other, on_me, on_them));
+                pair_loads.push((other, on_me, on_them));
             }
         });
-        met.sort_by_key(|(_, on_me, _)| on_me.from);
-        met
+        pair_loads.sort_by_key(|(_, on_me, _)| on_me.from);
+        pair_loads
     }
 
     /// Calls `f` with all legs that are not so far off that [`FarWakes`] accounts for them.
     fn close_to<'a>(&'a self, part: &Leg, mut f: impl FnMut(u32, &'a Item)) {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
-        let around = ground.hull(ground.bins(&own), self.fleet.near_m());
+        let around = ground.hull(ground.bins(&own), self.fleet.pairwise_within_m());
         let [since, until] = self.window(part);
         self.timeline.around(&around, since, until, |index, item| {
             if item.leg.drone != part.drone {
@@ -302,11 +308,11 @@ impl Costmap {
         let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
             return None;
         };
-        self.timeline.forget_all_met();
+        self.timeline.forget_all_incoming();
         let mut loaded = Vec::new();
         for &index in self.timeline.of(drone) {
             self.close_to(&self.timeline.item(index).leg, |other, item| {
-                if item.met.iter().any(|incoming| incoming.from == drone) {
+                if item.incoming.iter().any(|incoming| incoming.from == drone) {
                     loaded.push(other);
                 }
             });
@@ -317,15 +323,18 @@ impl Costmap {
             self.timeline.forget(other, drone);
         }
         self.timeline.remove(drone);
-        let spreads = self.spreads(&legs);
-        self.far_wakes.take_back(&spreads);
+        let far_wake_loads = self.far_wake_loads(&legs);
+        self.far_wakes.take_back(&far_wake_loads);
         if self.zones.limit_air() {
             let late = legs.iter().map(|leg| self.own_delay(leg)).max();
             let clear = last.end.after(late.unwrap_or(0) + self.shift());
             let since = first.start.before(self.shift());
             self.zones.remove(drone, since, clear);
         }
-        Some(Reservation { legs, spreads })
+        Some(Reservation {
+            legs,
+            far_wake_loads,
+        })
     }
 
     /// Height at which the wake of a leg ends (m).
@@ -354,8 +363,9 @@ impl Costmap {
     }
 
     /// The same in a tenth of the time: by bounds for drones that are not close, and without a look
-    /// at what the leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is
-    /// known. Where it is asked to, it leaves a part of the budget to drones that come later.
+    /// at what the leg's own weak wake adds far off. Ask [`Costmap::are_loads_within_budget`] once
+    /// a whole path is known. Where it is asked to, it leaves a part of the budget to drones that
+    /// come later.
     pub fn judge_nearby(&self, leg: &Leg, spares: bool, verdict: &mut Verdict) {
         let budget = self.budget_of(leg, spares);
         self.judge_parts(leg, verdict, |part, verdict| {
@@ -394,14 +404,17 @@ impl Costmap {
         }
     }
 
-    /// Whether all drones farther off bear what these legs bring them.
-    pub fn is_borne(&self, legs: &[Leg]) -> bool {
-        let is_borne = |leg: &Leg| parts(leg).all(|part| self.is_borne_far_off(&part));
-        legs.par_iter().all(|leg| !leg.flying || is_borne(leg))
+    /// Whether the loads of these legs on all drones farther off are within their budgets.
+    pub fn are_loads_within_budget(&self, legs: &[Leg]) -> bool {
+        let are_loads_within_budget =
+            |leg: &Leg| parts(leg).all(|part| self.are_far_loads_within_budget(&part));
+        legs.par_iter()
+            .all(|leg| !leg.flying || are_loads_within_budget(leg))
     }
 
-    /// Whether all drones that [`Costmap::close_to`] leaves out bear a part's wake.
-    fn is_borne_far_off(&self, part: &Leg) -> bool {
+    /// Whether all drones that [`Costmap::close_to`] leaves out have a part's wake within their
+    /// budgets.
+    fn are_far_loads_within_budget(&self, part: &Leg) -> bool {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let bins = ground.bins(&own.grown(self.fleet.wake_reach_m(part.kind)));
@@ -409,13 +422,14 @@ impl Costmap {
         for (bin, gap_m) in ground.rows(bins).flatten().zip(ground.gaps_m(&own, bins)) {
             let load = u64::from(self.fleet.far_load_on_any(part.kind, gap_m));
             let filled = self.timeline.fullest(bin) + self.far_wakes.worst_in(bin);
-            let is_close = gap_m < self.fleet.near_m();
+            let is_close = gap_m < self.fleet.pairwise_within_m();
             if is_close || load == 0 || filled + load <= u64::from(self.budget) {
                 continue;
             }
             let [since, until] = self.window(part);
             for (_, item) in self.timeline.over(bin, since, until) {
-                if item.leg.drone == part.drone || self.bears_easily(part, &own, item) {
+                if item.leg.drone == part.drone || self.is_within_budget_by_bound(part, &own, item)
+                {
                     continue;
                 }
                 let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
@@ -423,7 +437,7 @@ impl Costmap {
                 let meeting = self.fleet.meet(part, &item.leg, ends);
                 let load = meeting.map_or(0, |meeting| meeting.load_on_second);
                 let time = self.fleet.exposed_during(&item.leg, part);
-                if load > 0 && !self.bears(item, &time, (load, self.budget)) {
+                if load > 0 && !self.is_within_budget(item, &time, (load, self.budget)) {
                     return false;
                 }
             }
@@ -438,7 +452,9 @@ impl Costmap {
         for part in parts(leg) {
             let own = Footprint::around(&part, 0.0);
             for item in self.timeline.lasting(drone, self.window(&part)) {
-                if self.is_in_time(&part, &item.leg) && !self.bears_easily(&part, &own, item) {
+                if self.is_in_time(&part, &item.leg)
+                    && !self.is_within_budget_by_bound(&part, &own, item)
+                {
                     let end_z_m = self.wake_end_z_m(&part);
                     self.judge_one((&part, budget), end_z_m, item, verdict);
                 }
@@ -447,16 +463,21 @@ impl Costmap {
         verdict.price_s = price_s;
     }
 
-    /// Whether a planned leg bears a part's wake, to judge by their distance alone.
-    fn bears_easily(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
+    /// Whether a part's wake is within a planned leg's budget, to judge by their distance alone.
+    fn is_within_budget_by_bound(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
         let gap_m = own.gap_m(&item.footprint);
         let load = u64::from(self.fleet.far_load(part.kind, item.leg.kind, gap_m));
         let worst = self.far_wakes.worst(self.timeline.ground(), item.bins);
         !item.leg.flying || load == 0 || item.peak + worst + load <= u64::from(self.budget)
     }
 
-    /// Whether a planned leg bears this much more during a time.
-    fn bears(&self, item: &Item, time: &Range<Tick>, (load, budget): (u32, u32)) -> bool {
+    /// Whether this much more is within a planned leg's budget during a time.
+    fn is_within_budget(
+        &self,
+        item: &Item,
+        time: &Range<Tick>,
+        (load, budget): (u32, u32),
+    ) -> bool {
         // What is less than the rest may have it.
         let budget = if load > self.budget - budget {
             budget
@@ -477,17 +498,17 @@ impl Costmap {
     /// The most that all wakes fill of a planned leg's budget at any moment of a time, each looked
     /// at, in millionths.
     fn summed(&self, item: &Item, time: &Range<Tick>) -> u64 {
-        let all_met = item.all_met.get_or_init(|| {
+        let all_incoming = item.all_incoming.get_or_init(|| {
             let near = self.near(&item.leg).into_iter();
-            let met = near.filter_map(|other| {
+            let incoming = near.filter_map(|other| {
                 let ends = [item.wake_end_z_m, other.wake_end_z_m];
                 let meeting = self.fleet.meet(&item.leg, &other.leg, ends)?;
                 let load = meeting.load_on_first;
                 (load > 0).then(|| self.incoming(&item.leg, &other.leg, load))
             });
-            met.collect()
+            incoming.collect()
         });
-        peak(all_met, time.start, time.end)
+        peak(all_incoming, time.start, time.end)
     }
 
     /// Judges close drones, and takes bounds for the rest. `false` if bounds will not do: `exactly`
@@ -500,16 +521,16 @@ impl Costmap {
     ) -> bool {
         let own = Footprint::around(part, 0.0);
         let mut own_end_z_m = None;
-        let mut met = std::mem::take(&mut verdict.met);
-        met.clear();
+        let mut incoming = std::mem::take(&mut verdict.incoming);
+        incoming.clear();
         self.close_to(part, |_, item| {
             if !self.is_in_time(part, &item.leg) {
                 return;
             }
             let (mine, theirs) = (part.kind, item.leg.kind);
             let gap_m = own.gap_m(&item.footprint);
-            let tight = exactly || gap_m < self.fleet.tight_m(mine, theirs);
-            let load = if tight || !self.bears_easily(part, &own, item) {
+            let is_exact = exactly || gap_m < self.fleet.exact_within_m(mine, theirs);
+            let load = if is_exact || !self.is_within_budget_by_bound(part, &own, item) {
                 let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
                 self.judge_one((part, budget), end_z_m, item, verdict)
             } else if part.flying && item.leg.flying {
@@ -518,7 +539,7 @@ impl Costmap {
                 0
             };
             if load > 0 {
-                met.push(self.met(part, item, load));
+                incoming.push(self.incoming_and_blocker(part, item, load));
             }
         });
         let emits = part.flying && self.fleet.conditions().wakes;
@@ -528,11 +549,13 @@ impl Costmap {
                 .far_wakes
                 .on(ground, ground.bins(&own), part.start, part.end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
-            let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
+            let all = incoming
+                .iter()
+                .map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(budget)
-                || self.block_sums(part, [weak, budget], false, &met, verdict)
+                || self.block_sums(part, [weak, budget], false, &incoming, verdict)
         };
-        verdict.met = met;
+        verdict.incoming = incoming;
         enough
     }
 
@@ -543,24 +566,24 @@ impl Costmap {
         part: &Leg,
         [weak, budget]: [u32; 2],
         must: bool,
-        met: &[(Incoming, Blocker)],
+        incoming: &[(IncomingLoad, Blocker)],
         verdict: &mut Verdict,
     ) -> bool {
         // A sum only grows where something begins.
-        let begins = met
+        let begins = incoming
             .iter()
             .filter(|(it, _)| part.start < it.start && it.start < it.end);
         let begins = begins.map(|(incoming, _)| incoming.start);
         for moment in std::iter::once(part.start).chain(begins) {
-            let lasts = |it: &Incoming| it.start <= moment && moment < it.end;
-            let together = || met.iter().filter(|(it, _)| lasts(it));
+            let lasts = |it: &IncomingLoad| it.start <= moment && moment < it.end;
+            let together = || incoming.iter().filter(|(it, _)| lasts(it));
             let sum: u64 = together().map(|(it, _)| u64::from(it.load)).sum();
             if sum + u64::from(weak) <= u64::from(budget) {
                 continue;
             }
             let mut loads: Vec<(u32, Blocker)> = Vec::new();
             for (it, blocker) in together() {
-                greatest_of_each(&mut loads, it.load, *blocker);
+                record_max_load(&mut loads, it.load, *blocker);
             }
             let sum: u64 = loads.iter().map(|(load, _)| u64::from(*load)).sum();
             if sum + u64::from(weak) <= u64::from(budget) {
@@ -586,9 +609,9 @@ impl Costmap {
         let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
             return 0;
         };
-        let bears = |load: u32| {
+        let is_within_budget = |load: u32| {
             let theirs = self.fleet.exposed_during(&item.leg, part);
-            self.bears(item, &theirs, (load, budget))
+            self.is_within_budget(item, &theirs, (load, budget))
         };
         let why = if meeting.bodies {
             Some(Why::Bodies)
@@ -596,7 +619,7 @@ impl Costmap {
             Some(Why::Column)
         } else if meeting.load_on_first > self.budget {
             Some(Why::OwnLimit)
-        } else if meeting.load_on_second > 0 && !bears(meeting.load_on_second) {
+        } else if meeting.load_on_second > 0 && !is_within_budget(meeting.load_on_second) {
             Some(Why::TheirLimit)
         } else {
             None
@@ -618,14 +641,14 @@ impl Costmap {
     /// Looks at all legs near, and sums what lasts together.
     fn judge_fully(&self, part: &Leg, budget: u32, verdict: &mut Verdict) {
         let end_z_m = self.wake_end_z_m(part);
-        let mut met = Vec::new();
+        let mut incoming = Vec::new();
         for item in self.near(part) {
             let load = self.judge_one((part, budget), end_z_m, item, verdict);
             if load > 0 {
-                met.push(self.met(part, item, load));
+                incoming.push(self.incoming_and_blocker(part, item, load));
             }
         }
-        self.block_sums(part, [0, budget], true, &met, verdict);
+        self.block_sums(part, [0, budget], true, &incoming, verdict);
     }
 
     /// How much earlier or later one drone may be, seen from another (ticks).
@@ -634,10 +657,10 @@ impl Costmap {
     }
 
     /// What a part meets of a leg's wake, and that leg as blocker.
-    fn met(&self, part: &Leg, item: &Item, load: u32) -> (Incoming, Blocker) {
+    fn incoming_and_blocker(&self, part: &Leg, item: &Item, load: u32) -> (IncomingLoad, Blocker) {
         let late = self.shift() + self.fleet.delay_between(&item.leg, part);
         let time = part.within(&item.leg, [self.shift(), late]);
-        let incoming = Incoming {
+        let incoming = IncomingLoad {
             from: item.leg.drone,
             start: time.start,
             end: time.end,
@@ -677,9 +700,9 @@ impl Costmap {
     }
 
     /// What one leg meets of another's wake.
-    fn incoming(&self, on: &Leg, from: &Leg, load: u32) -> Incoming {
+    fn incoming(&self, on: &Leg, from: &Leg, load: u32) -> IncomingLoad {
         let time = self.fleet.exposed_during(on, from);
-        Incoming {
+        IncomingLoad {
             from: from.drone,
             start: time.start,
             end: time.end,

@@ -6,11 +6,11 @@ use crate::leg::{DroneId, Tick};
 
 /// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of
 /// power.
-const PRICELESS_ALPHA: f64 = 0.01;
+const LEAST_PRICED_ALPHA: f64 = 0.01;
 
 /// What another's wake brings a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Incoming {
+pub struct IncomingLoad {
     /// Emitter.
     pub from: DroneId,
     /// First moment.
@@ -23,10 +23,11 @@ pub struct Incoming {
 
 /// The greatest sum of loads at one moment between two ticks. Of what one drone brings in a row
 /// only the greatest counts: within the time margin it may be on either of two legs.
-pub fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
-    let at = |moment: Tick| sum_at(met, moment);
+pub fn peak(incoming: &[IncomingLoad], start: Tick, end: Tick) -> u64 {
+    let at = |moment: Tick| sum_at(incoming, moment);
     // A sum only grows where something begins.
-    met.iter()
+    incoming
+        .iter()
         .map(|it| it.start)
         .filter(|&moment| start < moment && moment < end)
         .map(at)
@@ -34,8 +35,8 @@ pub fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
 }
 
 /// The sum of loads at a moment, of each drone's in a row the greatest.
-fn sum_at(met: &[Incoming], moment: Tick) -> u64 {
-    let lasting = met
+fn sum_at(incoming: &[IncomingLoad], moment: Tick) -> u64 {
+    let lasting = incoming
         .iter()
         .filter(|it| it.start <= moment && moment < it.end);
     let mut sum = 0;
@@ -95,7 +96,7 @@ pub struct Verdict {
     /// Extra energy of all that are affected, in seconds of its own hovering in still air.
     pub price_s: f64,
     /// What the leg meets of others' wakes, while it is judged, and their legs as blockers.
-    pub(crate) met: Vec<(Incoming, Blocker)>,
+    pub(crate) incoming: Vec<(IncomingLoad, Blocker)>,
 }
 
 impl Verdict {
@@ -113,7 +114,7 @@ impl Verdict {
 }
 
 /// The greatest load of each drone: its legs follow one another.
-pub(crate) fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker) {
+pub(crate) fn record_max_load(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker) {
     match loads
         .iter_mut()
         .find(|(_, known)| known.drone == blocker.drone)
@@ -156,7 +157,7 @@ pub(crate) fn block_largest(
 
 /// Extra power over the power of hovering in still air.
 pub fn price(alpha: f64) -> f64 {
-    if alpha < PRICELESS_ALPHA {
+    if alpha < LEAST_PRICED_ALPHA {
         0.0
     } else {
         power::beta(alpha) - 1.0

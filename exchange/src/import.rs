@@ -65,7 +65,7 @@ pub struct ShowError {
 
 /// What a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum FileKind {
     /// Skybrush's show file.
     Skyc,
     /// Skybrush's binary file of a drone.
@@ -80,25 +80,25 @@ enum Kind {
     SkybrushCsv,
 }
 
-impl Kind {
+impl FileKind {
     fn as_str(self) -> &'static str {
         match self {
-            Kind::Skyc => "a Skybrush show",
-            Kind::Skyb => "Skybrush's binary files",
-            Kind::Compressed => "compressed Crazyflie trajectories",
-            Kind::Setpoints => "setpoints",
-            Kind::UavTrajectory => "polynomials of uav_trajectories",
-            Kind::SkybrushCsv => "tables of Skybrush Studio",
+            FileKind::Skyc => "a Skybrush show",
+            FileKind::Skyb => "Skybrush's binary files",
+            FileKind::Compressed => "compressed Crazyflie trajectories",
+            FileKind::Setpoints => "setpoints",
+            FileKind::UavTrajectory => "polynomials of uav_trajectories",
+            FileKind::SkybrushCsv => "tables of Skybrush Studio",
         }
     }
 
     /// By the ending of its name; of tables by their first line.
-    fn of(file: &File) -> Result<Kind, ReadError> {
+    fn of(file: &File) -> Result<FileKind, ReadError> {
         let ending = file.name.rsplit('.').next().unwrap_or_default();
         match ending.to_lowercase().as_str() {
-            "skyc" => return Ok(Kind::Skyc),
-            "skyb" => return Ok(Kind::Skyb),
-            "cfpoly" => return Ok(Kind::Compressed),
+            "skyc" => return Ok(FileKind::Skyc),
+            "skyb" => return Ok(FileKind::Skyb),
+            "cfpoly" => return Ok(FileKind::Compressed),
             _ => {}
         }
         let text = text(file)?;
@@ -109,13 +109,13 @@ impl Kind {
         let header = text.lines().next().unwrap_or_default();
         let first = header.split(',').next().unwrap_or_default().trim();
         if first.eq_ignore_ascii_case("duration") {
-            return Ok(Kind::UavTrajectory);
+            return Ok(FileKind::UavTrajectory);
         }
         if read::skybrush_csv::is_header(header) {
-            return Ok(Kind::SkybrushCsv);
+            return Ok(FileKind::SkybrushCsv);
         }
         if read::setpoints::axes(text).is_ok() {
-            return Ok(Kind::Setpoints);
+            return Ok(FileKind::Setpoints);
         }
         let shown: String = header.chars().take(60).collect();
         let separators = [(';', "semicolons"), ('\t', "tabs")].into_iter();
@@ -247,13 +247,13 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
         errors.extend(missing.map(|it| ShowError::of(MANIFEST, it)));
     }
     let mut show = Show::default();
-    let mut kinds: Vec<Kind> = Vec::new();
+    let mut kinds: Vec<FileKind> = Vec::new();
     let mut nearness = Nearness::default();
     let mut homes = Homes::default();
     let mut originals: Vec<Original> = Vec::new();
     let mut names: BTreeSet<String> = BTreeSet::new();
     for file in files {
-        let read = Kind::of(file).map_err(|error| vec![error]);
+        let read = FileKind::of(file).map_err(|error| vec![error]);
         let read = read.and_then(|kind| Ok((kind, read_file(kind, file, manifest.as_ref())?)));
         let (kind, (performers, original)) = match read {
             Ok(read) => read,
@@ -293,7 +293,7 @@ pub fn read_show(files: &[File], beside: Beside<'_>) -> Result<Show, Vec<ShowErr
     if !errors.is_empty() {
         return Err(errors);
     }
-    let kinds: Vec<&str> = kinds.into_iter().map(Kind::as_str).collect();
+    let kinds: Vec<&str> = kinds.into_iter().map(FileKind::as_str).collect();
     show.remarks
         .push(format!("read as {}", kinds.join(" and ")));
     show.keep(originals);
@@ -381,11 +381,11 @@ impl Show {
 
 /// The drones of one file, and the file itself if it is kept.
 fn read_file(
-    kind: Kind,
+    kind: FileKind,
     file: &File,
     manifest: Option<&Exported>,
 ) -> Result<(Vec<read::skyc::Performer>, Option<Original>), Vec<ReadError>> {
-    if kind == Kind::Skyc {
+    if kind == FileKind::Skyc {
         let read::skyc::Skyc { performers, index } = read::skyc::read(&file.bytes)?;
         let original = Original {
             bytes: (&file.bytes[..]).into(),
@@ -412,19 +412,19 @@ fn read_file(
 
 /// What the drone of one file flies.
 fn flown(
-    kind: Kind,
+    kind: FileKind,
     file: &File,
     manifest: Option<&Exported>,
     known: Option<&DroneNamed>,
 ) -> Result<Flown, ReadError> {
     let flown = match kind {
         // Read with its drones.
-        Kind::Skyc => Flown::default(),
-        Kind::Skyb => read::skyb::read(&file.bytes)?.0,
-        Kind::Compressed => read::compressed::read(&file.bytes, 0.001)?,
-        Kind::UavTrajectory => read::uav_trajectory::read(text(file)?)?,
-        Kind::SkybrushCsv => read::skybrush_csv::read(text(file)?)?,
-        Kind::Setpoints => {
+        FileKind::Skyc => Flown::default(),
+        FileKind::Skyb => read::skyb::read(&file.bytes)?.0,
+        FileKind::Compressed => read::compressed::read(&file.bytes, 0.001)?,
+        FileKind::UavTrajectory => read::uav_trajectory::read(text(file)?)?,
+        FileKind::SkybrushCsv => read::skybrush_csv::read(text(file)?)?,
+        FileKind::Setpoints => {
             let axes = manifest.and_then(|it| it.axes.as_ref());
             let heading_deg = axes.map_or(HEADING_DEFAULT_DEG, |it| it.heading_deg);
             let is_own = manifest.is_some_and(Exported::has_own_origins);

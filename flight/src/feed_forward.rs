@@ -36,7 +36,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::fleet::FlyError;
-use crate::wakes::{Emitter, Moment, Receiver};
+use crate::wakes::{Emitter, EmitterMoment, Receiver};
 
 /// Power goes with the third power of the rotors' speed, so a factor on power is its cube root on
 /// the speed.
@@ -165,7 +165,7 @@ impl FleetAir {
     /// wake was made with; 0: its rotors stand still. Further ones are left alone.
     pub fn record(&mut self, fleet: &[(Point3<f64>, f64)]) {
         for (emitter, (position_m, thrust)) in self.emitters.iter_mut().zip(fleet) {
-            emitter.record(Moment {
+            emitter.record(EmitterMoment {
                 position_m: *position_m,
                 strength: thrust.max(0.0).sqrt(),
                 lean: [0.0; 2],

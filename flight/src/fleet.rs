@@ -12,7 +12,7 @@ use planner::plan::{Bounds, DronePlan};
 use planner::verify::NamedSolid;
 use thiserror::Error;
 
-use crate::reference::Course;
+use crate::reference::ReferencePath;
 use crate::setup::Setup;
 use crate::vehicle::{Dynamics, Vehicle};
 
@@ -65,9 +65,9 @@ pub enum FlyError {
 
 /// One drone and what flies it.
 #[derive(Clone, Debug)]
-pub(crate) struct Craft {
+pub(crate) struct SimulatedDrone {
     pub(crate) name: String,
-    pub(crate) course: Course,
+    pub(crate) course: ReferencePath,
     pub(crate) dynamics: Dynamics,
     /// Without payload.
     pub(crate) mass_kg: f64,
@@ -81,7 +81,7 @@ pub(crate) struct Craft {
     pub(crate) claimed: (f64, f64),
 }
 
-impl Craft {
+impl SimulatedDrone {
     /// Induced velocity at hover by which its exposure is measured, at a mass (m/s).
     pub(crate) fn hover_mps(&self, mass_kg: f64) -> f64 {
         self.wake.hover_velocity_mps() * (mass_kg / self.mass_kg).sqrt()
@@ -117,8 +117,8 @@ impl Boxed {
 
 /// A whole plan.
 #[derive(Debug)]
-pub(crate) struct Fleet {
-    pub(crate) crafts: Vec<Craft>,
+pub(crate) struct SimulatedFleet {
+    pub(crate) simulated_drones: Vec<SimulatedDrone>,
     pub(crate) superposition: Superposition,
     pub(crate) flown: Flown,
     pub(crate) surfaces: BlockingSurfaces,
@@ -141,8 +141,8 @@ fn is_within(value: f64, (low, high): (f64, f64)) -> bool {
     (low..=high).contains(&value)
 }
 
-impl Fleet {
-    pub(crate) fn new(plan: &Plan, setup: &Setup) -> Result<Fleet, FlyError> {
+impl SimulatedFleet {
+    pub(crate) fn new(plan: &Plan, setup: &Setup) -> Result<SimulatedFleet, FlyError> {
         if plan.drones.is_empty() {
             return Err(FlyError::NoDrones);
         }
@@ -159,8 +159,8 @@ impl Fleet {
         let solids = solids.map_err(FlyError::Place)?.into_iter();
         let solids = solids.map(|it| Boxed::new(it, true));
         let solids = solids.chain(keep_out.map(|it| Boxed::new(NamedSolid::of_zone(it), false)));
-        let mut fleet = Fleet {
-            crafts: Vec::with_capacity(plan.drones.len()),
+        let mut fleet = SimulatedFleet {
+            simulated_drones: Vec::with_capacity(plan.drones.len()),
             superposition,
             flown,
             surfaces: planner::blocking_surfaces(plan),
@@ -170,18 +170,23 @@ impl Fleet {
             vehicles: Vec::new(),
         };
         for drone in &plan.drones {
-            let craft = fleet.craft(plan, drone, setup);
-            let craft = craft.map_err(|what| FlyError::Drone {
+            let simulated = fleet.simulated_drone(plan, drone, setup);
+            let simulated = simulated.map_err(|what| FlyError::Drone {
                 drone: drone.name.clone(),
                 what,
             })?;
-            fleet.last_s = fleet.last_s.max(craft.course.last_s);
-            fleet.crafts.push(craft);
+            fleet.last_s = fleet.last_s.max(simulated.course.last_s);
+            fleet.simulated_drones.push(simulated);
         }
         Ok(fleet)
     }
 
-    fn craft(&mut self, plan: &Plan, drone: &DronePlan, setup: &Setup) -> Result<Craft, String> {
+    fn simulated_drone(
+        &mut self,
+        plan: &Plan,
+        drone: &DronePlan,
+        setup: &Setup,
+    ) -> Result<SimulatedDrone, String> {
         let entry = &drone.airframe;
         let airframe = entry.airframe()?;
         let lengths_m = [
@@ -209,9 +214,9 @@ impl Fleet {
         if let Some(why) = self.flown.beyond(&airframe, density_kg_per_m3) {
             return Err(why);
         }
-        let course = Course::new(plan, drone)?;
+        let course = ReferencePath::new(plan, drone)?;
         let alike = self
-            .crafts
+            .simulated_drones
             .iter()
             .find(|it| *it.wake.airframe() == airframe);
         let (wake, dynamics) = match alike {
@@ -241,7 +246,7 @@ impl Fleet {
             .map(|t_s| path.point_at(t_s).unwrap_or(0));
         let claimed_kg = at.and_then(|point| path.mass_kg.get(point).copied());
         let claimed_kg = claimed_kg.unwrap_or(airframe.mass_kg());
-        Ok(Craft {
+        Ok(SimulatedDrone {
             name: drone.name.clone(),
             course,
             dynamics,

@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::bins::{Bins, Entry};
 use crate::controller::{Cascade, Controller, Gains, most_speed_mps};
 use crate::feed_forward::{Factors, FeedForward};
-use crate::fleet::{Craft, Fleet, FlyError};
+use crate::fleet::{FlyError, SimulatedDrone, SimulatedFleet};
 use crate::gusts::{Gusts, INTENSITY};
 use crate::reference::Reference;
 use crate::report::{
@@ -26,7 +26,7 @@ use crate::report::{
 use crate::setup::Setup;
 use crate::tally::{Contact, Tally};
 use crate::vehicle::Body;
-use crate::wakes::{Emitter, LINK_M, Link, Moment, Receiver, crosses, speed_mps};
+use crate::wakes::{Emitter, EmitterMoment, LINK_M, Link, Receiver, crosses, speed_mps};
 
 /// Step of wakes and contacts (s): chosen here, 4 cm of flight at 2 m/s.
 pub(crate) const STEP_S: f64 = 0.02;
@@ -141,10 +141,10 @@ pub fn fly(
     if !problems.is_empty() {
         return Err(FlyError::Options(problems.join("; ")));
     }
-    let fleet = Fleet::new(plan, setup)?;
+    let fleet = SimulatedFleet::new(plan, setup)?;
     let until_s = options.until_s.unwrap_or(f64::INFINITY);
     let until_s = until_s.min(fleet.last_s + TAIL_S);
-    let drones = fleet.crafts.len();
+    let drones = fleet.simulated_drones.len();
     let lasts_s = until_s + SETTLE_S;
     if lasts_s * drones as f64 > MOST_DRONE_SECONDS {
         return Err(FlyError::TooLong {
@@ -176,9 +176,9 @@ pub fn fly(
     }
     let all = (cases.len() + options.controllers.len()) * (lasts_s as usize);
     let done = |seconds: usize| progress(seconds, all);
-    let calm: Result<Vec<Log>, FlyError> = (options.controllers.par_iter())
+    let calm: Result<Vec<FlightLog>, FlyError> = (options.controllers.par_iter())
         .map(|controller| {
-            let setting = Setting {
+            let setting = FlightSetting {
                 fleet: &fleet,
                 gains: setup.gains(*controller),
                 air: None,
@@ -190,11 +190,11 @@ pub fn fly(
         })
         .collect();
     let calm = calm?;
-    let logs: Result<Vec<Log>, FlyError> = (cases.par_iter())
+    let logs: Result<Vec<FlightLog>, FlyError> = (cases.par_iter())
         .map(|case| {
             let controllers = options.controllers.iter();
             let of = controllers.zip(&calm).find(|it| *it.0 == case.controller);
-            let setting = Setting {
+            let setting = FlightSetting {
                 fleet: &fleet,
                 gains: case.gains,
                 air: Some((case.convection, case.feed_forward)),
@@ -209,8 +209,8 @@ pub fn fly(
     let most_air_first = most_air_first(&fleet, &cases, &logs);
     let worst = most_air_first.iter().copied().filter(|it| it.1 > 0.0);
     let traces = worst.take(WORST).map(|it| it.0).map(|k| Traces {
-        drone: fleet.crafts[k].name.clone(),
-        air_limit: fleet.crafts[k].air_limit,
+        drone: fleet.simulated_drones[k].name.clone(),
+        air_limit: fleet.simulated_drones[k].air_limit,
         from_s: -SETTLE_S,
         step_s: STEP_S * TRACE_EVERY as f64,
         flights: logs.iter().map(|log| log.pilots[k].trace()).collect(),
@@ -219,8 +219,8 @@ pub fn fly(
     let paths = paths(&most_air_first, &logs, steps);
     let flights = cases.iter().zip(&logs).map(|(case, log)| {
         let tallies = log.pilots.iter().map(|it| &it.tally);
-        let drones: Vec<DroneFlight> = (fleet.crafts.iter().zip(tallies.clone()))
-            .map(|(craft, tally)| tally.drone(craft, &fleet))
+        let drones: Vec<DroneFlight> = (fleet.simulated_drones.iter().zip(tallies.clone()))
+            .map(|(simulated, tally)| tally.drone(simulated, &fleet))
             .collect();
         Flight {
             case: *case,
@@ -250,10 +250,10 @@ pub fn fly(
 
 /// Where drones really flew, in each flight the same, as many as [`MOST_PLACES`] allow, one at
 /// least.
-fn paths(most_air_first: &[(usize, f64)], logs: &[Log], steps: usize) -> Paths {
+fn paths(most_air_first: &[(usize, f64)], logs: &[FlightLog], steps: usize) -> Paths {
     let each = steps.div_ceil(TRACE_EVERY).max(1);
     let most = (MOST_PLACES / each / logs.len().max(1)).max(1);
-    let of_flight = |log: &Log| {
+    let of_flight = |log: &FlightLog| {
         let some = most_air_first.iter().take(most).map(|it| it.0);
         some.map(|k| (k, log.pilots[k].off_m())).collect()
     };
@@ -266,9 +266,9 @@ fn paths(most_air_first: &[(usize, f64)], logs: &[Log], steps: usize) -> Paths {
 
 /// All drones, those with the most air over their limit in any flight without feed-forward first,
 /// each with that maximum.
-fn most_air_first(fleet: &Fleet, cases: &[Case], logs: &[Log]) -> Vec<(usize, f64)> {
+fn most_air_first(fleet: &SimulatedFleet, cases: &[Case], logs: &[FlightLog]) -> Vec<(usize, f64)> {
     let plain = cases.iter().zip(logs);
-    let plain: Vec<&Log> = plain
+    let plain: Vec<&FlightLog> = plain
         .filter(|(case, _)| case.feed_forward == FeedForward::None)
         .map(|(_, log)| log)
         .collect();
@@ -276,26 +276,26 @@ fn most_air_first(fleet: &Fleet, cases: &[Case], logs: &[Log]) -> Vec<(usize, f6
         let alphas = plain.iter().map(|log| log.pilots[k].tally.worst_alpha);
         alphas.fold(0.0, f64::max)
     };
-    let over = |k: usize| most(k) - fleet.crafts[k].air_limit;
-    let mut drones: Vec<usize> = (0..fleet.crafts.len()).collect();
+    let over = |k: usize| most(k) - fleet.simulated_drones[k].air_limit;
+    let mut drones: Vec<usize> = (0..fleet.simulated_drones.len()).collect();
     drones.sort_by(|&a, &b| over(b).total_cmp(&over(a)).then(a.cmp(&b)));
     drones.into_iter().map(|k| (k, most(k))).collect()
 }
 
 /// One flight to be flown.
-struct Setting<'a> {
-    fleet: &'a Fleet,
+struct FlightSetting<'a> {
+    fleet: &'a SimulatedFleet,
     gains: Gains,
     /// Convection and feed-forward; `None`: calm air.
     air: Option<(f64, FeedForward)>,
     steps: usize,
     /// The same in calm air.
-    calm: Option<&'a Log>,
+    calm: Option<&'a FlightLog>,
     options: &'a Options,
 }
 
 /// What is kept of one flight.
-struct Log {
+struct FlightLog {
     pilots: Vec<Pilot>,
 }
 
@@ -322,7 +322,7 @@ struct Pilot {
 
 /// Where a drone is, for all others.
 #[derive(Clone, Copy)]
-struct Spot {
+struct DroneState {
     position_m: Point3<f64>,
     velocity_mps: Vector3<f64>,
     is_flying: bool,
@@ -330,41 +330,47 @@ struct Spot {
 }
 
 /// What all drones see of one another at one step.
-struct Picture<'a> {
+struct WorldSnapshot<'a> {
     emitters: &'a [Emitter],
     links: &'a [Link],
     link_bins: &'a Bins,
-    spots: &'a [Spot],
-    spot_bins: &'a Bins,
+    drone_states: &'a [DroneState],
+    drone_bins: &'a Bins,
     /// Radius of the largest body (m).
     largest_m: f64,
     /// Of spots, as far as wakes that take no time reach; empty where nothing asks.
     wake_bins: &'a Bins,
 }
 
-impl Setting<'_> {
-    fn run(&self, done: &(dyn Fn(usize) + Sync)) -> Result<Log, FlyError> {
+impl FlightSetting<'_> {
+    fn run(&self, done: &(dyn Fn(usize) + Sync)) -> Result<FlightLog, FlyError> {
         let fleet = self.fleet;
-        let mut pilots: Vec<Pilot> = (0..fleet.crafts.len()).map(|k| self.pilot(k)).collect();
+        let mut pilots: Vec<Pilot> = (0..fleet.simulated_drones.len())
+            .map(|k| self.pilot(k))
+            .collect();
         let convection = self.air.map_or(1.0, |it| it.0);
-        let highest_m = fleet.crafts.iter().map(|it| it.course.highest_m);
+        let highest_m = fleet.simulated_drones.iter().map(|it| it.course.highest_m);
         let height_m = highest_m.fold(fleet.bounds_m.min.z, f64::max) - fleet.bounds_m.min.z;
-        let new = |craft: &Craft| {
-            let air = Emitter::new(craft.wake.clone(), (convection, STEP_S), height_m + LINK_M);
-            air.laden(craft.mass_kg, &craft.course.masses_kg)
+        let new = |simulated: &SimulatedDrone| {
+            let air = Emitter::new(
+                simulated.wake.clone(),
+                (convection, STEP_S),
+                height_m + LINK_M,
+            );
+            air.with_loads(simulated.mass_kg, &simulated.course.masses_kg)
         };
         let mut emitters: Vec<Emitter> = match self.air {
-            Some(_) => fleet.crafts.iter().map(new).collect(),
+            Some(_) => fleet.simulated_drones.iter().map(new).collect(),
             None => Vec::new(),
         };
         let mut link_bins = Bins::new(&fleet.bounds_m, LINK_M);
-        let mut spot_bins = Bins::new(&fleet.bounds_m, f64::INFINITY);
-        let mut wake_bins = spot_bins.clone();
-        let radii_m = fleet.crafts.iter().map(|it| it.body_radius_m);
+        let mut drone_bins = Bins::new(&fleet.bounds_m, f64::INFINITY);
+        let mut wake_bins = drone_bins.clone();
+        let radii_m = fleet.simulated_drones.iter().map(|it| it.body_radius_m);
         let largest_m = radii_m.fold(0.0, f64::max);
         let reaches_m: Vec<f64> = emitters.iter().map(Emitter::most_reach_m).collect();
         let is_paper = self.air.is_some_and(|it| it.1 == FeedForward::Paper);
-        let (mut links, mut spots) = (Vec::new(), Vec::new());
+        let (mut links, mut drone_states) = (Vec::new(), Vec::new());
         let per_second = (1.0 / STEP_S).round() as usize;
         for step in 0..self.steps {
             let t_s = step as f64 * STEP_S - SETTLE_S;
@@ -378,44 +384,50 @@ impl Setting<'_> {
                 z_m: link.z_m,
                 reach_m: link.reach_m,
             }));
-            spots.clear();
-            spots.extend(pilots.iter().zip(&fleet.crafts).map(|(pilot, craft)| Spot {
-                position_m: pilot.body.position_m,
-                velocity_mps: pilot.body.velocity_mps,
-                is_flying: pilot.is_flying,
-                is_there: craft.course.there_s.0 <= t_s && t_s < craft.course.there_s.1,
-            }));
-            let entry = |spot: &Spot, reach_m: f64| Entry {
-                middle_m: [spot.position_m.x, spot.position_m.y],
-                z_m: [spot.position_m.z; 2],
+            drone_states.clear();
+            drone_states.extend(pilots.iter().zip(&fleet.simulated_drones).map(
+                |(pilot, simulated)| DroneState {
+                    position_m: pilot.body.position_m,
+                    velocity_mps: pilot.body.velocity_mps,
+                    is_flying: pilot.is_flying,
+                    is_there: simulated.course.there_s.0 <= t_s && t_s < simulated.course.there_s.1,
+                },
+            ));
+            let entry = |drone_state: &DroneState, reach_m: f64| Entry {
+                middle_m: [drone_state.position_m.x, drone_state.position_m.y],
+                z_m: [drone_state.position_m.z; 2],
                 reach_m,
             };
             // In calm air nothing is looked for.
             if self.air.is_some() {
-                spot_bins.fill(spots.iter().map(|spot| entry(spot, 0.0)));
+                drone_bins.fill(
+                    drone_states
+                        .iter()
+                        .map(|drone_state| entry(drone_state, 0.0)),
+                );
             }
-            if step % per_second == 0 && spot_bins.fullest() > MOST_IN_A_CELL {
+            if step % per_second == 0 && drone_bins.fullest() > MOST_IN_A_CELL {
                 return Err(FlyError::TooDense {
-                    drones: spot_bins.fullest(),
+                    drones: drone_bins.fullest(),
                     at_s: t_s,
                     most: MOST_IN_A_CELL,
                 });
             }
             if is_paper {
-                let reaching = spots.iter().zip(&reaches_m);
-                wake_bins.fill(reaching.map(|(spot, reach_m)| entry(spot, *reach_m)));
+                let reaching = drone_states.iter().zip(&reaches_m);
+                wake_bins.fill(reaching.map(|(drone_state, reach_m)| entry(drone_state, *reach_m)));
             }
-            let picture = Picture {
+            let snapshot = WorldSnapshot {
                 emitters: &emitters,
                 links: &links,
                 link_bins: &link_bins,
-                spots: &spots,
-                spot_bins: &spot_bins,
+                drone_states: &drone_states,
+                drone_bins: &drone_bins,
                 largest_m,
                 wake_bins: &wake_bins,
             };
             let each = pilots.par_iter_mut().with_min_len(PER_TASK).enumerate();
-            each.for_each(|(k, pilot)| self.fly_on(pilot, k, &picture, step));
+            each.for_each(|(k, pilot)| self.fly_on(pilot, k, &snapshot, step));
             if (step + 1) % per_second == 0 {
                 done(1);
             }
@@ -425,16 +437,16 @@ impl Setting<'_> {
                 pilot.tally.calm_energy_j = calm.tally.energy_j;
             }
         }
-        Ok(Log { pilots })
+        Ok(FlightLog { pilots })
     }
 
     fn pilot(&self, k: usize) -> Pilot {
-        let craft = &self.fleet.crafts[k];
-        let start = craft.course.at(-SETTLE_S);
+        let simulated = &self.fleet.simulated_drones[k];
+        let start = simulated.course.at(-SETTLE_S);
         Pilot {
-            body: craft.dynamics.hovering(start.position_m, start.mass_kg),
+            body: simulated.dynamics.hovering(start.position_m, start.mass_kg),
             cascade: Cascade::default(),
-            receiver: Receiver::new(craft.discs.clone(), self.fleet.superposition),
+            receiver: Receiver::new(simulated.discs.clone(), self.fleet.superposition),
             gusts: Gusts::new(self.options.seed, k),
             is_flying: false,
             strength: 0.0,
@@ -450,27 +462,27 @@ impl Setting<'_> {
 
     /// Which drones fly, and their new air.
     fn leave_air(&self, pilots: &mut [Pilot], emitters: &mut [Emitter], t_s: f64) {
-        let crafts = &self.fleet.crafts;
-        for (pilot, craft) in pilots.iter_mut().zip(crafts) {
-            pilot.begin_step(craft, t_s);
+        let simulated_drones = &self.fleet.simulated_drones;
+        for (pilot, simulated) in pilots.iter_mut().zip(simulated_drones) {
+            pilot.begin_step(simulated, t_s);
         }
         let pilots = pilots.par_iter_mut().with_min_len(PER_TASK);
-        let each = pilots.zip(emitters).zip(crafts).enumerate();
-        each.for_each(|(k, ((pilot, emitter), craft))| {
-            emitter.record(self.moment(pilot, craft));
+        let each = pilots.zip(emitters).zip(simulated_drones).enumerate();
+        each.for_each(|(k, ((pilot, emitter), simulated))| {
+            emitter.record(self.moment(pilot, simulated));
             pilot.links.clear();
-            let fastest_mps = most_speed_mps(craft.max_speed_mps);
+            let fastest_mps = most_speed_mps(simulated.max_speed_mps);
             emitter.links(k as u32, fastest_mps, &mut pilot.links);
         });
     }
 
-    fn moment(&self, pilot: &Pilot, craft: &Craft) -> Moment {
+    fn moment(&self, pilot: &Pilot, simulated: &SimulatedDrone) -> EmitterMoment {
         let (body, fleet) = (&pilot.body, self.fleet);
         let mut strength = if pilot.is_flying { pilot.strength } else { 0.0 };
         if fleet.flown.depends_on_climb() {
             strength *= fleet
                 .flown
-                .climbing(&craft.wake, body.velocity_mps.z)
+                .climbing(&simulated.wake, body.velocity_mps.z)
                 .gain();
         }
         let found = fleet.flown.lean.map_or(0.0, |lean| lean.share);
@@ -480,30 +492,30 @@ impl Setting<'_> {
             false => [0.0; 2],
         };
         let at_m = &body.position_m;
-        Moment {
+        EmitterMoment {
             position_m: *at_m,
             strength,
             lean,
-            ends_at_z_m: fleet.surfaces.wake_end_z_m(&craft.wake, at_m, at_m),
+            ends_at_z_m: fleet.surfaces.wake_end_z_m(&simulated.wake, at_m, at_m),
         }
     }
 
     /// One drone over one step.
-    fn fly_on(&self, pilot: &mut Pilot, k: usize, picture: &Picture<'_>, step: usize) {
-        let craft = &self.fleet.crafts[k];
+    fn fly_on(&self, pilot: &mut Pilot, k: usize, snapshot: &WorldSnapshot<'_>, step: usize) {
+        let simulated = &self.fleet.simulated_drones[k];
         let t_s = step as f64 * STEP_S - SETTLE_S;
-        let reference = craft.course.at(t_s);
-        let hover_mps = craft.hover_mps(reference.mass_kg);
+        let reference = simulated.course.at(t_s);
+        let hover_mps = simulated.hover_mps(reference.mass_kg);
         if let Some((_, feed_forward)) = self.air {
-            self.meet_air(pilot, (k, craft), picture, feed_forward);
+            self.meet_air(pilot, (k, simulated), snapshot, feed_forward);
         }
         let counts = t_s >= 0.0;
         let alpha = self.alpha(pilot.air_mps, hover_mps);
         if pilot.is_flying && counts {
             let strongest = pilot.receiver.strongest.map(|(from, _)| from);
-            let is_told = t_s <= self.fleet.last_s;
+            let is_counted = t_s <= self.fleet.last_s;
             let air = (alpha, pilot.air_mps, strongest);
-            pilot.tally.air(air, craft.air_limit, (t_s, is_told));
+            pilot.tally.air(air, simulated.air_limit, (t_s, is_counted));
             let calm = self
                 .calm
                 .map(|log| f64::from(log.pilots[k].altitude_m[step]));
@@ -528,12 +540,12 @@ impl Setting<'_> {
             pilot.trace.push(values.map(shown));
         }
         if counts && self.air.is_some() {
-            self.contacts(pilot, (k, craft), picture, t_s);
+            self.contacts(pilot, (k, simulated), snapshot, t_s);
         }
         for substep in 0..SUBSTEPS {
             let step_s = STEP_S / f64::from(SUBSTEPS);
             let at_s = t_s + f64::from(substep) * step_s;
-            let reference = craft.course.at(at_s);
+            let reference = simulated.course.at(at_s);
             if !pilot.is_flying {
                 pilot.body.position_m = reference.position_m;
                 pilot.body.velocity_mps = reference.velocity_mps;
@@ -541,11 +553,18 @@ impl Setting<'_> {
             }
             if counts {
                 let planned = (at_s, reference.position_m);
-                pilot.tally.tracking(&craft.course, planned, &pilot.body);
+                pilot
+                    .tally
+                    .tracking(&simulated.course, planned, &pilot.body);
             }
             // A drone that hovers on at its end draws as much as before.
-            let is_told = counts && at_s <= self.fleet.last_s;
-            self.move_on(pilot, craft, &reference, (step_s, is_told, hover_mps));
+            let is_counted = counts && at_s <= self.fleet.last_s;
+            self.move_on(
+                pilot,
+                simulated,
+                &reference,
+                (step_s, is_counted, hover_mps),
+            );
         }
     }
 
@@ -561,13 +580,13 @@ impl Setting<'_> {
     fn move_on(
         &self,
         pilot: &mut Pilot,
-        craft: &Craft,
+        simulated: &SimulatedDrone,
         reference: &Reference,
-        (step_s, is_told, hover_mps): (f64, bool, f64),
+        (step_s, is_counted, hover_mps): (f64, bool, f64),
     ) {
-        let speed_mps = craft.max_speed_mps;
+        let speed_mps = simulated.max_speed_mps;
         let state = (reference, &pilot.body);
-        let dynamics = &craft.dynamics;
+        let dynamics = &simulated.dynamics;
         let asked = pilot
             .cascade
             .command(&self.gains, (dynamics, speed_mps), state, step_s);
@@ -585,11 +604,11 @@ impl Setting<'_> {
             pilot.body.position_m.z = floor_m;
             pilot.body.velocity_mps.z = pilot.body.velocity_mps.z.max(0.0);
         }
-        let most = MOST_THRUST * reference.mass_kg / craft.mass_kg;
+        let most = MOST_THRUST * reference.mass_kg / simulated.mass_kg;
         pilot.strength = (effort.thrust_n / dynamics.weight_n)
             .clamp(0.05, most.max(0.05))
             .sqrt();
-        if is_told {
+        if is_counted {
             pilot.tally.energy_j += effort.power_w * step_s;
         }
         if is_full {
@@ -601,8 +620,8 @@ impl Setting<'_> {
     fn meet_air(
         &self,
         pilot: &mut Pilot,
-        (k, craft): (usize, &Craft),
-        picture: &Picture<'_>,
+        (k, simulated): (usize, &SimulatedDrone),
+        snapshot: &WorldSnapshot<'_>,
         feed_forward: FeedForward,
     ) {
         pilot.receiver.clear();
@@ -610,16 +629,16 @@ impl Setting<'_> {
         let at_m = pilot.body.position_m;
         if pilot.is_flying {
             let mut found = Vec::new();
-            for link in picture.link_bins.near(&at_m) {
-                let link = &picture.links[link];
+            for link in snapshot.link_bins.near(&at_m) {
+                let link = &snapshot.links[link];
                 let from = link.emitter as usize;
-                let reach_m = link.reach_m + craft.wake.tip_radius_m();
+                let reach_m = link.reach_m + simulated.wake.tip_radius_m();
                 let [x, y] = link.middle_m;
                 let away_m2 = (at_m.x - x).powi(2) + (at_m.y - y).powi(2);
                 if from == k || !crosses(link.z_m, at_m.z) || away_m2 > reach_m * reach_m {
                     continue;
                 }
-                if let Some(parcel) = picture.emitters[from].parcel(link.cut, at_m.z) {
+                if let Some(parcel) = snapshot.emitters[from].parcel(link.cut, at_m.z) {
                     found.push((from, parcel));
                 }
             }
@@ -628,7 +647,7 @@ impl Setting<'_> {
             pilot.known_mps = match feed_forward {
                 FeedForward::None => 0.0,
                 FeedForward::Late | FeedForward::Matched => pilot.air_mps,
-                FeedForward::Paper => self.centre_mps(k, &at_m, picture),
+                FeedForward::Paper => self.centre_mps(k, &at_m, snapshot),
             };
         }
         let jet = pilot.receiver.strongest.as_ref().map(|(_, jet)| jet);
@@ -636,10 +655,10 @@ impl Setting<'_> {
     }
 
     /// The air at a drone's centre (m/s) with quasi-static wakes.
-    fn centre_mps(&self, k: usize, at_m: &Point3<f64>, picture: &Picture<'_>) -> f64 {
+    fn centre_mps(&self, k: usize, at_m: &Point3<f64>, snapshot: &WorldSnapshot<'_>) -> f64 {
         let how = self.fleet.superposition;
-        let others = picture.wake_bins.near(at_m).filter(|it| *it != k);
-        let parcels = others.filter_map(|it| picture.emitters[it].quasi_static(at_m.z));
+        let others = snapshot.wake_bins.near(at_m).filter(|it| *it != k);
+        let parcels = others.filter_map(|it| snapshot.emitters[it].quasi_static(at_m.z));
         let gathered = parcels.fold(0.0, |so_far, it| how.gather(so_far, speed_mps(&it, at_m)));
         how.finish(gathered)
     }
@@ -648,29 +667,30 @@ impl Setting<'_> {
     fn contacts(
         &self,
         pilot: &mut Pilot,
-        (k, craft): (usize, &Craft),
-        picture: &Picture<'_>,
+        (k, simulated): (usize, &SimulatedDrone),
+        snapshot: &WorldSnapshot<'_>,
         t_s: f64,
     ) {
-        let here = &picture.spots[k];
+        let here = &snapshot.drone_states[k];
         if !here.is_there {
             return;
         }
         let at_m = here.position_m;
-        let reach_m = CONTACT_M + craft.body_radius_m + picture.largest_m;
-        let others = picture.spot_bins.within(&at_m, reach_m);
+        let reach_m = CONTACT_M + simulated.body_radius_m + snapshot.largest_m;
+        let others = snapshot.drone_bins.within(&at_m, reach_m);
         for other in others.filter(|it| *it != k) {
-            let spot = &picture.spots[other];
-            if !spot.is_there || !(here.is_flying || spot.is_flying) {
+            let drone_state = &snapshot.drone_states[other];
+            if !drone_state.is_there || !(here.is_flying || drone_state.is_flying) {
                 continue;
             }
-            let apart_m = spot.position_m - at_m;
-            let past_mps = spot.velocity_mps - here.velocity_mps;
+            let apart_m = drone_state.position_m - at_m;
+            let past_mps = drone_state.velocity_mps - here.velocity_mps;
             // Nearest within the step, as if neither changed its velocity.
             let speed2 = past_mps.norm_squared().max(f64::MIN_POSITIVE);
             let after_s = (-apart_m.dot(&past_mps) / speed2).clamp(0.0, STEP_S);
             let distance_m = (apart_m + past_mps * after_s).norm();
-            let radii_m = craft.body_radius_m + self.fleet.crafts[other].body_radius_m;
+            let radii_m =
+                simulated.body_radius_m + self.fleet.simulated_drones[other].body_radius_m;
             let gap_m = distance_m - radii_m;
             if gap_m > CONTACT_M {
                 continue;
@@ -686,15 +706,15 @@ impl Setting<'_> {
             return;
         }
         let is_near = |pad_m: &Point3<f64>| (pad_m.xy() - at_m.xy()).norm() < PAD_M;
-        let is_over_pad = craft.course.pads_m.iter().any(is_near);
-        let far_m = CONTACT_M + craft.body_radius_m;
+        let is_over_pad = simulated.course.pads_m.iter().any(is_near);
+        let far_m = CONTACT_M + simulated.body_radius_m;
         for (with, it) in self.fleet.solids.iter().enumerate() {
             let is_pad = || it.bears && is_over_pad && it.solid.is_below(&at_m);
             if it.is_beyond(&at_m.coords, far_m) || is_pad() {
                 continue;
             }
             let contact = Contact {
-                gap_m: it.solid.distance_m(&at_m.coords) - craft.body_radius_m,
+                gap_m: it.solid.distance_m(&at_m.coords) - simulated.body_radius_m,
                 with,
                 at_s: t_s,
             };
@@ -705,21 +725,21 @@ impl Setting<'_> {
 
 impl Pilot {
     /// Takes off, or stays down.
-    fn begin_step(&mut self, craft: &Craft, t_s: f64) {
-        let (from_s, until_s) = craft.course.airborne_s;
-        let reference = craft.course.at(t_s);
-        let mut rests = craft.course.landed_s.iter();
+    fn begin_step(&mut self, simulated: &SimulatedDrone, t_s: f64) {
+        let (from_s, until_s) = simulated.course.airborne_s;
+        let reference = simulated.course.at(t_s);
+        let mut rests = simulated.course.landed_s.iter();
         let rest_s = rests.find(|rest_s| rest_s.0 <= t_s && t_s < rest_s.1);
         let is_up = from_s <= t_s && t_s < until_s && rest_s.is_none();
         let until_s = rest_s.map_or(until_s, |rest_s| rest_s.0);
         let is_high = self.body.position_m.z > reference.position_m.z + DOWN_M;
-        let is_late = self.is_flying && t_s < until_s + DOWN_S && t_s < craft.course.there_s.1;
+        let is_late = self.is_flying && t_s < until_s + DOWN_S && t_s < simulated.course.there_s.1;
         let flies = is_up || is_late && is_high;
         if flies && !self.is_flying {
             let mass_kg = reference.mass_kg;
-            self.body = craft.dynamics.hovering(reference.position_m, mass_kg);
+            self.body = simulated.dynamics.hovering(reference.position_m, mass_kg);
             self.cascade = Cascade::default();
-            self.strength = (mass_kg / craft.mass_kg).sqrt();
+            self.strength = (mass_kg / simulated.mass_kg).sqrt();
         }
         if !flies {
             self.body.position_m = reference.position_m;
@@ -801,7 +821,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_flown_is_told() {
+    fn what_cannot_be_flown_is_reported() {
         let alone = |more: &str| plan(&[drone(("a", "kolibri"), &[(5.0, [5.0, 5.0, 2.0])], more)]);
         let told = |plan: &Plan, options: &Options| {
             let flown = fly(plan, &Setup::default(), options, &|_, _| ());
@@ -955,7 +975,7 @@ mod tests {
     }
 
     #[test]
-    fn what_touches_is_told_by_whom_and_when() {
+    fn contacts_are_reported_with_both_drones_and_the_time() {
         let one = [(0.0, [2.0, 5.0, 2.0]), (6.0, [14.0, 5.0, 2.0])];
         let other = [(0.0, [14.0, 5.0, 2.0]), (6.0, [2.0, 5.0, 2.0])];
         let third = [(0.0, [10.0, 16.0, 2.0]), (3.0, [16.0, 16.0, 2.0])];

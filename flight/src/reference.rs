@@ -27,7 +27,7 @@ pub(crate) struct Reference {
 
 /// One drone of a plan as it is to be flown.
 #[derive(Clone, Debug)]
-pub(crate) struct Course {
+pub(crate) struct ReferencePath {
     trajectory: Trajectory,
     first: Piece,
     last: Piece,
@@ -47,12 +47,12 @@ pub(crate) struct Course {
     pub(crate) masses_kg: Vec<f64>,
 }
 
-impl Course {
+impl ReferencePath {
     /// Of a drone of a plan.
     ///
     /// # Errors
     /// What keeps its trajectory from being read, in words.
-    pub(crate) fn new(plan: &Plan, drone: &DronePlan) -> Result<Course, String> {
+    pub(crate) fn new(plan: &Plan, drone: &DronePlan) -> Result<ReferencePath, String> {
         let trajectory = Trajectory::new(&drone.trajectory, Tail::Gone);
         let trajectory = trajectory.map_err(|error| error.to_string())?;
         let (last_s, last_m) = (trajectory.last_s(), trajectory.last_m());
@@ -84,7 +84,7 @@ impl Course {
         let rests = drone.landed_s.iter();
         let rests_m = rests.filter_map(|rest_s| trajectory.position_m(0.5 * (rest_s.0 + rest_s.1)));
         let ends_m = [is_landed.then_some(first_m), lands.then_some(last_m)];
-        Ok(Course {
+        Ok(ReferencePath {
             pads_m: ends_m.into_iter().flatten().chain(rests_m).collect(),
             first: resting(first_m, *first_kg),
             last: resting(last_m, *last_kg),
@@ -173,7 +173,7 @@ mod tests {
             {"name": "a", "airframe": "kolibri", "trajectory": {"t_s": [1, 2, 3],
              "position_m": [[0, 0, 1], [1, 0, 1], [4, 0, 1]], "control_m": [[[0, 0, 1], [0, 0, 1]], []]}}]}"#;
         let plan = planner::plan::file::read(text).expect("a plan").plan;
-        let course = Course::new(&plan, &plan.drones[0]).expect("a course");
+        let course = ReferencePath::new(&plan, &plan.drones[0]).expect("a course");
         let xs = |t_s: f64| {
             let at = course.at(t_s);
             [at.position_m.x, at.velocity_mps.x, at.acceleration_mps2.x]
@@ -198,7 +198,7 @@ mod tests {
             {"name": "a", "airframe": "kolibri", "trajectory": {"t_s": [1, 3, 5],
              "position_m": [[0, 0, 1], [4, 0, 1], [4, 4, 1]]}}]}"#;
         let plan = planner::plan::file::read(text).expect("a plan").plan;
-        let course = Course::new(&plan, &plan.drones[0]).expect("a course");
+        let course = ReferencePath::new(&plan, &plan.drones[0]).expect("a course");
         let across = |t_s: f64, at_m: [f64; 3], expected: f64| {
             let found = course.across_m(t_s, &at_m.into(), -1.0);
             // Rounding; a place is sought between samples.

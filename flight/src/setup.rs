@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place_and_all_at_once() {
+    fn what_is_wrong_is_reported_with_its_place_and_all_at_once() {
         let unknown = Setup::read("(\n  others: (thrust: 2),\n)").expect_err("unknown");
         assert!(
             unknown.to_string().starts_with("line 2, column"),

@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 
-use crate::fleet::{Craft, Fleet};
+use crate::fleet::{SimulatedDrone, SimulatedFleet};
 use crate::fly::STEP_S;
-use crate::reference::Course;
+use crate::reference::ReferencePath;
 use crate::report::{DroneFlight, FleetFlight};
 use crate::vehicle::Body;
 
@@ -91,13 +91,13 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Air over one step: alpha, the mean over the discs (m/s), the strongest emitter; `is_told`:
-    /// the time is within the plan.
+    /// Air over one step: alpha, the mean over the discs (m/s), the strongest emitter;
+    /// `is_counted`: the time is within the plan.
     pub(crate) fn air(
         &mut self,
         (alpha, air_mps, from): (f64, f64, Option<usize>),
         air_limit: f64,
-        (t_s, is_told): (f64, bool),
+        (t_s, is_counted): (f64, bool),
     ) {
         if alpha > self.worst_alpha {
             self.worst_alpha = alpha;
@@ -112,7 +112,7 @@ impl Tally {
         if alpha > air_limit + OVER {
             self.over_limit_s += STEP_S;
         }
-        if is_told {
+        if is_counted {
             self.dose_m += air_mps * STEP_S;
         }
     }
@@ -127,7 +127,7 @@ impl Tally {
     /// How far from the plan it is at one moment (s), where it is to be as the course has it.
     pub(crate) fn tracking(
         &mut self,
-        course: &Course,
+        course: &ReferencePath,
         (t_s, to_m): (f64, Point3<f64>),
         body: &Body,
     ) {
@@ -141,20 +141,24 @@ impl Tally {
         }
     }
 
-    pub(crate) fn drone(&self, craft: &Craft, fleet: &Fleet) -> DroneFlight {
-        let name = |k: usize| fleet.crafts[k].name.clone();
-        let vehicle = &craft.dynamics.vehicle;
-        let (claimed_mps, claimed_kg) = craft.claimed;
+    pub(crate) fn drone(&self, simulated: &SimulatedDrone, fleet: &SimulatedFleet) -> DroneFlight {
+        let name = |k: usize| fleet.simulated_drones[k].name.clone();
+        let vehicle = &simulated.dynamics.vehicle;
+        let (claimed_mps, claimed_kg) = simulated.claimed;
         let drawn_wh = self.energy_j / vehicle.drive_efficiency / 3600.0;
         DroneFlight {
-            name: craft.name.clone(),
+            name: simulated.name.clone(),
             flew: self.tracking.count > 0.0,
             worst_alpha: self.worst_alpha,
             worst_at_s: self.worst.map(|(at_s, _)| at_s),
             worst_from: self.worst.and_then(|(_, from)| from).map(name),
             worst_mean_alpha: self.worst_mean_alpha,
-            claimed_alpha: Some(fleet.flown.alpha(claimed_mps, craft.hover_mps(claimed_kg))),
-            air_limit: craft.air_limit,
+            claimed_alpha: Some(
+                fleet
+                    .flown
+                    .alpha(claimed_mps, simulated.hover_mps(claimed_kg)),
+            ),
+            air_limit: simulated.air_limit,
             over_limit_s: self.over_limit_s,
             dose_m: self.dose_m,
             tracking_max_m: self.tracking.most,

@@ -238,7 +238,7 @@ pub(crate) struct Command {
 
 /// What a body had over one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Effort {
+pub(crate) struct ThrustAndPower {
     /// Thrust (N).
     pub(crate) thrust_n: f64,
     /// Aerodynamic power (W).
@@ -276,7 +276,7 @@ impl Dynamics {
         command: &Command,
         (mass_kg, air_mps): (f64, f64),
         step_s: f64,
-    ) -> Effort {
+    ) -> ThrustAndPower {
         let vehicle = &self.vehicle;
         let share = |lag_s: f64| 1.0 - (-step_s / lag_s).exp();
         // The direction of thrust turns towards what is asked, no faster than it can.
@@ -302,7 +302,7 @@ impl Dynamics {
         let acceleration_mps2 = body.up * (thrust_n / mass_kg) - weight_mps2 - drag_mps2;
         body.velocity_mps += acceleration_mps2 * step_s;
         body.position_m += body.velocity_mps * step_s;
-        Effort {
+        ThrustAndPower {
             thrust_n,
             power_w: power * self.weight_n * self.induced_mps,
         }

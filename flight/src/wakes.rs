@@ -32,7 +32,7 @@ pub(crate) const LINK_M: f64 = 0.5;
 
 /// One moment of a drone's past.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct EmitterMoment {
     /// Centre of the rotor plane (m).
     pub position_m: Point3<f64>,
     /// Induced velocity over that of the emitter's wake: the root of the thrust over its weight; 0:
@@ -50,14 +50,14 @@ pub struct Emitter {
     wake: Wake,
     /// The same drone's wakes at other masses, where their shape goes with it, with the strength
     /// that they have.
-    laden: Vec<(f64, Wake)>,
+    loaded_wakes: Vec<(f64, Wake)>,
     convection: f64,
     /// Ages (steps) at which its streakline is cut.
     cuts: Vec<usize>,
     /// For each cut, how far from the axis the air of a strength of [`USUAL_STRENGTH`] counts (m).
     reach_m: Vec<f64>,
     /// From the latest on, `step_s` apart.
-    past: VecDeque<Moment>,
+    past: VecDeque<EmitterMoment>,
     step_s: f64,
 }
 
@@ -113,7 +113,7 @@ impl Emitter {
             reach_m: cuts.iter().map(reach_m).collect(),
             past: VecDeque::new(),
             wake,
-            laden: Vec::new(),
+            loaded_wakes: Vec::new(),
             convection,
             cuts,
             step_s,
@@ -123,11 +123,11 @@ impl Emitter {
     /// The same for a drone of `own_kg`, as which its wake is, that weighs so much at times (kg):
     /// wind bends the jet of a laden drone less.
     #[must_use]
-    pub fn laden(mut self, own_kg: f64, masses_kg: &[f64]) -> Emitter {
+    pub fn with_loads(mut self, own_kg: f64, masses_kg: &[f64]) -> Emitter {
         if self.wake.is_shaped() {
             let others = masses_kg.iter().filter(|it| **it != own_kg);
             let wakes = others.map(|&kg| ((kg / own_kg).sqrt(), self.wake.with_mass(kg)));
-            self.laden = wakes.collect();
+            self.loaded_wakes = wakes.collect();
         }
         self
     }
@@ -135,14 +135,14 @@ impl Emitter {
     /// The wake whose strength is nearest to one, and what that one is to it.
     fn shaped(&self, strength: f64) -> (&Wake, f64) {
         let own = (1.0, &self.wake);
-        let others = self.laden.iter().map(|(at, wake)| (*at, wake));
+        let others = self.loaded_wakes.iter().map(|(at, wake)| (*at, wake));
         let off = |at: f64| (at - strength).abs();
         let nearest = others.fold(own, |a, b| if off(b.0) < off(a.0) { b } else { a });
         (nearest.1, strength / nearest.0)
     }
 
     /// One more moment, a step after the last. Before the first the drone was where it was then.
-    pub fn record(&mut self, moment: Moment) {
+    pub fn record(&mut self, moment: EmitterMoment) {
         if self.past.len() > self.cuts[self.cuts.len() - 1] {
             self.past.pop_back();
         }
@@ -156,7 +156,7 @@ impl Emitter {
     }
 
     /// The moment of an age (steps), at most that of the first record.
-    fn moment(&self, age: usize) -> &Moment {
+    fn moment(&self, age: usize) -> &EmitterMoment {
         &self.past[age.min(self.past.len() - 1)]
     }
 
@@ -194,7 +194,7 @@ impl Emitter {
             if a.strength <= 0.0 && b.strength <= 0.0 {
                 continue;
             }
-            let place = |it: &Moment, depth_m: f64| {
+            let place = |it: &EmitterMoment, depth_m: f64| {
                 let (wake, _) = self.shaped(it.strength);
                 let [x, y] = wake.axis_m(depth_m).unwrap_or_default();
                 let lean = Vector2::from(it.lean) * depth_m;

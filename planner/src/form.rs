@@ -52,7 +52,7 @@ pub enum FieldFaultKind {
 /// `$defs`, `part` the part of it that the value is to be.
 pub fn faults(whole: &Value, part: &Value, value: &Value, place: &str) -> Vec<FieldFault> {
     let name = place.rsplit('.').next().unwrap_or(place).to_owned();
-    let place = Place {
+    let place = ValuePath {
         path: place.to_owned(),
         name,
     };
@@ -65,26 +65,26 @@ pub fn faults(whole: &Value, part: &Value, value: &Value, place: &str) -> Vec<Fi
 }
 
 /// Where a value stands.
-struct Place {
+struct ValuePath {
     path: String,
     /// Its last part.
     name: String,
 }
 
-impl Place {
-    fn key(&self, name: &str) -> Place {
+impl ValuePath {
+    fn key(&self, name: &str) -> ValuePath {
         let path = match &self.path[..] {
             "" => name.to_owned(),
             path => format!("{path}.{name}"),
         };
-        Place {
+        ValuePath {
             path,
             name: name.to_owned(),
         }
     }
 
-    fn item(&self, index: usize) -> Place {
-        Place {
+    fn item(&self, index: usize) -> ValuePath {
+        ValuePath {
             path: format!("{}[{index}]", self.path),
             name: format!("{}[{index}]", self.name),
         }
@@ -97,7 +97,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn fault(&mut self, kind: FieldFaultKind, place: &Place, what: fmt::Arguments<'_>) {
+    fn fault(&mut self, kind: FieldFaultKind, place: &ValuePath, what: fmt::Arguments<'_>) {
         if self.found.len() < MOST_FAULTS {
             self.found.push(FieldFault {
                 place: place.path.clone(),
@@ -108,7 +108,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn is_of_another_kind(&mut self, part: &Value, value: &Value, place: &Place) {
+    fn is_of_another_kind(&mut self, part: &Value, value: &Value, place: &ValuePath) {
         let (wanted, given) = (self.wanted(part), shown(value));
         let what = format_args!("{wanted}, not {given}");
         self.fault(FieldFaultKind::Kind, place, what);
@@ -123,7 +123,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn hold(&mut self, part: &'a Value, value: &Value, place: &Place) {
+    fn hold(&mut self, part: &'a Value, value: &Value, place: &ValuePath) {
         if self.found.len() >= MOST_FAULTS {
             return;
         }
@@ -168,7 +168,7 @@ impl<'a> Reader<'a> {
             whole: self.whole,
             found: Vec::new(),
         };
-        let place = Place {
+        let place = ValuePath {
             path: String::new(),
             name: String::new(),
         };
@@ -176,7 +176,7 @@ impl<'a> Reader<'a> {
         reader.found.len()
     }
 
-    fn hold_fields(&mut self, part: &'a Value, fields: &Map<String, Value>, place: &Place) {
+    fn hold_fields(&mut self, part: &'a Value, fields: &Map<String, Value>, place: &ValuePath) {
         let none = Map::new();
         let known = part["properties"].as_object().unwrap_or(&none);
         let others = &part["additionalProperties"];
@@ -202,7 +202,7 @@ impl<'a> Reader<'a> {
     }
 
     /// An object whose one key says which it is.
-    fn hold_one_of(&mut self, branches: &'a [Value], value: &Value, place: &Place) {
+    fn hold_one_of(&mut self, branches: &'a [Value], value: &Value, place: &ValuePath) {
         let Some(fields) = value.as_object() else {
             return;
         };
@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn each_field_at_fault_is_told_in_its_own_words_and_nothing_else_is() {
+    fn each_field_at_fault_is_reported_in_its_own_words_and_nothing_else_is() {
         let good = json!({
             "to_m": [1, 2.5, -10], "dwell_s": null, "count": 3, "how": {"slow": {"by": 1}},
             "name": "k1",

@@ -131,7 +131,7 @@ impl Air {
 pub(crate) struct Separation(separation::Separation);
 
 /// Air, alpha and power, by depth and offset.
-type Met<'py> = [Bound<'py, PyArray2<f64>>; 3];
+type ExposureArrays<'py> = [Bound<'py, PyArray2<f64>>; 3];
 
 #[pymethods]
 impl Separation {
@@ -152,7 +152,7 @@ impl Separation {
         py: Python<'py>,
         below_m: PyReadonlyArray1<'py, f64>,
         beside_m: PyReadonlyArray1<'py, f64>,
-    ) -> Met<'py> {
+    ) -> ExposureArrays<'py> {
         let (below_m, beside_m) = (below_m.as_array(), beside_m.as_array());
         let size = (below_m.len(), beside_m.len());
         let met = Array2::from_shape_fn(size, |(i, j)| self.0.met(below_m[i], beside_m[j]));

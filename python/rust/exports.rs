@@ -76,7 +76,7 @@ pub(crate) fn export(
     let file = file::read(text).map_err(|error| no_plan(py, None, &error))?;
     let made = wait(py, &Stop::default(), move || {
         let examined = examine(&file, false);
-        match examined.plan.violations.len() + examined.untold {
+        match examined.plan.violations.len() + examined.omitted {
             0 => Ok(exchange::export(&file.plan, target, &options)),
             violations => Err(violations),
         }

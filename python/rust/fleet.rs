@@ -84,7 +84,9 @@ impl Plan {
         let file = file::read(text).map_err(|error| no_plan(py, Some(path), &error))?;
         wait(py, &Stop::default(), move || {
             let Examination {
-                mut plan, untold, ..
+                mut plan,
+                omitted: untold,
+                ..
             } = examine(&file, false);
             // How late each may be takes longer to find: it stays as stated.
             for (drone, stated) in plan.drones.iter_mut().zip(&file.plan.drones) {
@@ -121,7 +123,7 @@ impl Plan {
         let (plan, world) = (self.0.clone(), world.map(|it| it.0.clone()));
         let untold = self.2;
         py.detach(|| {
-            let view = View::of(&plan, world.as_deref()).with_untold(untold);
+            let view = View::of(&plan, world.as_deref()).with_omitted(untold);
             view.page(None)
         })
     }

@@ -973,7 +973,7 @@ fn taken_over(given: &Value) -> Result<planner::Plan, Refusals> {
         other => vec![refusal(Code::Plan, place, other.to_string())],
     })?;
     let found = planner::verify(&file.plan).violations;
-    let wrong = found.iter().take(MOST_TOLD);
+    let wrong = found.iter().take(MOST_LISTED);
     let wrong: Refusals = wrong
         .map(|it| refusal(Code::NotVerified, place, it.to_string()))
         .collect();
@@ -998,7 +998,7 @@ fn answers(plan: &planner::Plan, world: &planner::World) -> Result<(), Refusals>
 }
 
 /// Violations of a plan that are listed: chosen here, a screen's worth.
-const MOST_TOLD: usize = 20;
+const MOST_LISTED: usize = 20;
 
 fn planned_anew(world: &planner::World, limit: &Limit<'_>) -> Result<planner::Plan, Refusals> {
     let stop = || limit.is_over();
@@ -1018,7 +1018,7 @@ fn planned_anew(world: &planner::World, limit: &Limit<'_>) -> Result<planner::Pl
     match outcome {
         Outcome::Safe(planned) | Outcome::Partial(planned) => Ok(planned.plan),
         Outcome::Unsafe(planned) => {
-            let found = planned.plan.violations.iter().take(MOST_TOLD);
+            let found = planned.plan.violations.iter().take(MOST_LISTED);
             let told =
                 found.map(|it| refusal(Code::NotVerified, "params.scenario", it.to_string()));
             Err(told.collect())

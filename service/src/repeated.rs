@@ -15,7 +15,7 @@ pub(crate) fn read(text: &str) -> Result<(Value, Vec<Repeated>), serde_json::Err
     let mut repeated = Vec::new();
     let mut reader = serde_json::Deserializer::from_str(text);
     let whole = Reading {
-        place: &Place::Whole,
+        place: &JsonPath::Whole,
         repeated: &mut repeated,
     };
     let value = whole.deserialize(&mut reader)?;
@@ -24,26 +24,26 @@ pub(crate) fn read(text: &str) -> Result<(Value, Vec<Repeated>), serde_json::Err
 }
 
 /// Where a value stands.
-enum Place<'a> {
+enum JsonPath<'a> {
     Whole,
-    Key(&'a Place<'a>, &'a str),
-    Item(&'a Place<'a>, usize),
+    Key(&'a JsonPath<'a>, &'a str),
+    Item(&'a JsonPath<'a>, usize),
 }
 
-impl fmt::Display for Place<'_> {
+impl fmt::Display for JsonPath<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Whole => Ok(()),
-            Place::Key(Place::Whole, key) => f.write_str(key),
-            Place::Key(of, key) => write!(f, "{of}.{key}"),
-            Place::Item(of, index) => write!(f, "{of}[{index}]"),
+            JsonPath::Whole => Ok(()),
+            JsonPath::Key(JsonPath::Whole, key) => f.write_str(key),
+            JsonPath::Key(of, key) => write!(f, "{of}.{key}"),
+            JsonPath::Item(of, index) => write!(f, "{of}[{index}]"),
         }
     }
 }
 
 /// A value that is being read.
 struct Reading<'a> {
-    place: &'a Place<'a>,
+    place: &'a JsonPath<'a>,
     repeated: &'a mut Vec<Repeated>,
 }
 
@@ -93,7 +93,7 @@ impl<'de> Visitor<'de> for Reading<'_> {
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
         let mut read = Vec::new();
         loop {
-            let place = &Place::Item(self.place, read.len());
+            let place = &JsonPath::Item(self.place, read.len());
             let repeated = &mut *self.repeated;
             match items.next_element_seed(Reading { place, repeated })? {
                 Some(item) => read.push(item),
@@ -105,7 +105,7 @@ impl<'de> Visitor<'de> for Reading<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut fields: A) -> Result<Value, A::Error> {
         let mut read = Map::new();
         while let Some(key) = fields.next_key::<String>()? {
-            let place = &Place::Key(self.place, &key);
+            let place = &JsonPath::Key(self.place, &key);
             if read.contains_key(&key) && self.repeated.len() < MOST_FAULTS {
                 let known = (place.to_string(), key.clone());
                 if !self.repeated.contains(&known) {

@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         None => Vec::new(),
         Some(out) => {
             let page = View::of(&found.plan, None)
-                .with_untold(found.untold)
+                .with_omitted(found.omitted)
                 .page(None);
             let texts = vec![
                 (MAIN.to_owned(), files::json(&found.plan)),
@@ -108,14 +108,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 }
 
 /// Violations that are printed: chosen here, some screens' worth. As JSON there are more.
-const MOST_TOLD: usize = 200;
+const MOST_LISTED: usize = 200;
 
 fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> String {
     let plan = &found.plan;
-    let told = plan.violations.iter().take(MOST_TOLD);
+    let told = plan.violations.iter().take(MOST_LISTED);
     let violations = told.map(|it| format!("{it}\n"));
-    let all = plan.violations.len() + found.untold;
-    let more = match all.saturating_sub(MOST_TOLD.min(plan.violations.len())) {
+    let all = plan.violations.len() + found.omitted;
+    let more = match all.saturating_sub(MOST_LISTED.min(plan.violations.len())) {
         0 => String::new(),
         more => format!("and {more} more\n"),
     };

@@ -187,7 +187,7 @@ fn figures(plan: &Plan, found: &Examination) -> Figures {
         scenario: plan.scenario.clone(),
         drones: plan.drones.len(),
         unplanned: plan.unplanned.len(),
-        violations: found.plan.violations.len() + found.untold,
+        violations: found.plan.violations.len() + found.omitted,
         makespan_s: found.plan.fleet.makespan_s,
         sum_of_arrivals_s: found.plan.fleet.sum_of_arrivals_s,
         extra_energy_j: found.plan.fleet.extra_energy_j,

@@ -32,7 +32,7 @@ const NOT_PLAIN: &AsciiSet = &NON_ALPHANUMERIC
 const LEAST_ELSEWHERE_S: f64 = 0.005;
 
 /// Violations that are listed: chosen here, the first say why.
-const MOST_TOLD: usize = 5;
+const MOST_LISTED: usize = 5;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -193,7 +193,7 @@ fn world_of(plan: &Plan, path: &Path) -> Result<World, Failure> {
     let of_world: BTreeSet<&str> = world.drones.iter().map(|it| &it.name[..]).collect();
     let only = |one: &BTreeSet<&str>, other: &BTreeSet<&str>, of: &str| {
         let names: Vec<String> = one.difference(other).map(|it| format!("`{it}`")).collect();
-        let shown = first_few(names.iter(), MOST_TOLD, ", ");
+        let shown = first_few(names.iter(), MOST_LISTED, ", ");
         let told = format!("only the {of} has {shown}");
         (!names.is_empty()).then_some(told)
     };
@@ -387,11 +387,11 @@ fn report(explained: &Explained, plan: &Plan) -> Report {
                 let mut list: Vec<String> = explained
                     .otherwise
                     .iter()
-                    .take(MOST_TOLD)
+                    .take(MOST_LISTED)
                     .map(ToString::to_string)
                     .collect();
-                if all > MOST_TOLD {
-                    list.push(format!("and {} more", all - MOST_TOLD));
+                if all > MOST_LISTED {
+                    list.push(format!("and {} more", all - MOST_LISTED));
                 }
                 let what = match explained.does {
                     "wait" => format!("It {reason}."),

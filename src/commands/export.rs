@@ -113,7 +113,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     }
     let Sourced { file, kept } = arguments.source.read()?;
     let examined = examine(&file, false);
-    let violations = examined.plan.violations.len() + examined.untold;
+    let violations = examined.plan.violations.len() + examined.omitted;
     if violations > 0 {
         let what = format!(
             "{}: not exported: {}",

@@ -186,7 +186,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     // What a plan does not say of itself the page has from the verifier.
     let examined = (!file.claims.are_whole()).then(|| examine(&file, true));
     let view = match &examined {
-        Some(found) => View::of(&found.plan, None).with_untold(found.untold),
+        Some(found) => View::of(&found.plan, None).with_omitted(found.omitted),
         None => View::of(&file.plan, None),
     };
     let page = view.page(Some(&flown));

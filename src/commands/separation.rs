@@ -1,6 +1,6 @@
 //! `plan separation A --under B`: how far one drone must stay from the wake of another.
 
-use airflow::separation::{Ellipsoid, Met, Passage, Separation};
+use airflow::separation::{Ellipsoid, Passage, Separation, SeparationExposure};
 use airflow::{Air, Airframe, Jet, Wake};
 use clap::Args;
 use serde::Serialize;
@@ -82,7 +82,7 @@ struct Column {
 struct SeparationRow {
     below_m: f64,
     #[serde(flatten)]
-    met: Met,
+    met: SeparationExposure,
     /// From here on beside, at this depth, the limit is kept.
     beside_m: f64,
     passing: Passage,

@@ -20,7 +20,7 @@ use super::files::{self, MOST_SCENARIO_BYTES};
 use super::problems;
 
 /// Faults of a show that are listed; the rest is counted. Chosen here, what one reads.
-const MOST_TOLD: usize = 20;
+const MOST_LISTED: usize = 20;
 
 /// What a command is asked about: a plan, or what can be judged as one.
 #[derive(Args)]
@@ -253,10 +253,10 @@ fn stem(path: &Path) -> String {
 
 /// What is wrong, a line each, as much of it as one reads.
 fn listed(faults: &[impl Display]) -> String {
-    let told = faults.iter().take(MOST_TOLD);
+    let told = faults.iter().take(MOST_LISTED);
     let mut told: Vec<String> = told.map(ToString::to_string).collect();
-    if faults.len() > MOST_TOLD {
-        told.push(format!("and {} more", faults.len() - MOST_TOLD));
+    if faults.len() > MOST_LISTED {
+        told.push(format!("and {} more", faults.len() - MOST_LISTED));
     }
     told.join("\n  ")
 }

@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_of_one_kind_are_told_once_with_their_places() {
+    fn errors_of_one_kind_are_reported_once_with_their_places() {
         let texts = (0..40).map(|k| format!("no airframe is called `a{k}` (line {k})"));
         let texts: Vec<String> = texts.chain(["no drones".to_owned()]).collect();
         let told = told_once(&texts, "at", |index| format!("line {index}"));

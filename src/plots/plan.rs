@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zone_that_keeps_bodies_out_is_not_told_to_limit_air() {
+    fn a_zone_that_keeps_bodies_out_is_not_said_to_limit_air() {
         let mut plan = sample::warehouse();
         let told = |plan: &Plan| {
             let text = draw(plan, None);

@@ -2,7 +2,7 @@
 //! change that mends it.
 
 use nalgebra::Point3;
-use planner::plan::cause::{Exclusion, raised_together, told_apart};
+use planner::plan::cause::{Exclusion, format_distinct, raised_together};
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind, Meeting};
 use planner::scenario::world::{AtEnd, Drone, World};
 use serde::Serialize;
@@ -76,7 +76,7 @@ fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World
     let (message, detail) = match conflict.why {
         Exclusion::Bodies { gap_m, needs_m, .. } => (
             format!("`{name}` {verb} too close to `{with}`"),
-            match (-gap_m, told_apart(gap_m, needs_m, 2)) {
+            match (-gap_m, format_distinct(gap_m, needs_m, 2)) {
                 (by_m @ 0.0.., _) => format!(
                     "{at}: the bodies overlap by {by_m:.2} m, between them must be {needs_m:.2} m"
                 ),
@@ -100,7 +100,7 @@ fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World
             limit,
             ..
         } => {
-            let [alpha, limit] = told_apart(alpha, limit, 2);
+            let [alpha, limit] = format_distinct(alpha, limit, 2);
             (
                 format!("`{name}` {verb} in the downwash of `{with}`"),
                 format!(
@@ -118,7 +118,7 @@ fn describe(conflict: &EndpointConflict, raised: &[(String, f64)], world: &World
             } else {
                 ""
             };
-            let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
+            let [air_mps, limit_mps] = format_distinct(air_mps, limit_mps, 1);
             (
                 match is_inside(conflict.blocker, &here, world) {
                     true => format!("`{name}` {verb} in zone `{with}`"),

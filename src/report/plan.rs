@@ -354,7 +354,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
     }
 
     #[test]
-    fn a_zone_is_told_with_its_air_and_with_the_bodies_that_pass_through() {
+    fn a_zone_is_reported_with_its_air_and_with_the_bodies_that_pass_through() {
         let mut plan = sample::warehouse();
         let air = |entered_by: &[&str]| ZoneAir {
             zone: "desk".into(),

@@ -127,7 +127,7 @@ fn with_json_asked_for_a_broken_question_is_one_object_too() {
 }
 
 #[test]
-fn a_mistyped_subcommand_is_told_with_the_one_that_was_meant() {
+fn a_mistyped_subcommand_is_reported_with_the_one_that_was_meant() {
     let desk = Desk::with(&[("chek", PAIR)]);
     let told = |arguments: &[&str]| {
         let output = desk.plan(arguments);
@@ -343,7 +343,7 @@ fn starts_that_exclude_one_another_are_a_no_with_the_pair_and_the_way_out_and_no
 }
 
 #[test]
-fn a_plan_that_a_refused_run_leaves_there_is_told_to_be_of_an_earlier_one() {
+fn a_plan_that_a_refused_run_leaves_there_is_reported_to_be_of_an_earlier_one() {
     let desk = Desk::with(&[("pair.ron", PAIR), ("stacked.ron", STACKED)]);
     assert_eq!(code(&desk.plan(&["pair.ron", "--out", "o"])), 0);
     let folder = desk.0.path().join("o");
@@ -358,7 +358,7 @@ fn a_plan_that_a_refused_run_leaves_there_is_told_to_be_of_an_earlier_one() {
 }
 
 #[test]
-fn a_broken_scenario_is_told_on_standard_error_and_leaves_no_files() {
+fn a_broken_scenario_is_reported_on_standard_error_and_leaves_no_files() {
     let desk = Desk::with(&[("bad.ron", &PAIR.replace("start_m", "begin_m"))]);
     for format in ["text", "json"] {
         let output = desk.plan(&["bad.ron", "--format", format]);
@@ -398,7 +398,7 @@ fn a_folder_that_cannot_be_made_is_named_before_any_planning() {
 }
 
 #[test]
-fn vehicles_that_cannot_be_read_are_told_before_any_planning() {
+fn vehicles_that_cannot_be_read_are_reported_before_any_planning() {
     let desk = Desk::with(&[("pair.ron", PAIR)]);
     let output = desk.plan(&["pair.ron", "--vehicles", "nowhere.ron"]);
     assert_eq!(code(&output), 2);

@@ -167,7 +167,7 @@ fn says(answer: &Value, what: &str) -> bool {
 }
 
 #[test]
-fn what_is_left_out_is_told_by_every_answer() {
+fn what_is_left_out_is_reported_by_every_answer() {
     let desk = tempfile::tempdir().unwrap();
     let set = desk.path().join("set");
     for name in ["one", "two", "spoilt"] {
@@ -234,7 +234,7 @@ fn a_jet_is_not_calibrated_in_silence_by_masses_that_throttle_and_power_deny() {
 }
 
 #[test]
-fn flights_against_normal_ones_are_written_and_what_is_left_out_is_told() {
+fn flights_against_normal_ones_are_written_and_what_is_left_out_is_reported() {
     let desk = tempfile::tempdir().unwrap();
     let campaign = r#"(name: "pads", air: (temperature_c: 20), vehicles: { "c": "d" }, types: { "d": (
         mass_kg: Stated(0.03), propeller_diameter_m: Stated(0.046), motor_distance_m: Stated(0.092)) })"#;

@@ -85,7 +85,7 @@ fn pair(offset_m: [f64; 3]) -> World {
 }
 
 #[test]
-fn starts_in_body_column_and_wake_are_told_apart_and_mended() {
+fn starts_in_body_column_and_wake_are_distinguished_and_mended() {
     // Body radius 0.198 m twice and 0.1 m off each path: 0.595 m.
     assert!(check(&pair([0.60, 0.0, 0.0])).is_empty());
     let cases: [Case; 3] = [
@@ -297,7 +297,7 @@ fn tasks_that_are_due_at_one_time_exclude_one_another() {
 }
 
 #[test]
-fn a_task_beside_a_drone_that_stays_is_told() {
+fn a_task_beside_a_drone_that_stays_is_reported() {
     let above = |at_end: AtEnd| {
         let mut world = stacked(None, None);
         let stays = &mut world.drones[0];
@@ -337,7 +337,7 @@ fn only_wakes_of_one_time_add_up() {
 }
 
 #[test]
-fn who_takes_off_beside_another_keeps_the_gap_of_one_that_flies() {
+fn a_drone_that_takes_off_beside_another_keeps_the_gap_of_one_that_flies() {
     let beside = |gap_m: f64| {
         let radius_m = drone("any", [0.0; 3], None).vehicle.body_radius_m;
         let along_m = 10.0 + 2.0 * radius_m + gap_m;

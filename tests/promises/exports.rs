@@ -529,7 +529,7 @@ fn a_mission_that_would_be_compared_for_minutes_is_refused() {
 }
 
 #[test]
-fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_told() {
+fn a_plan_that_is_not_safe_is_not_exported_and_a_broken_question_is_reported() {
     let mut together = plan();
     together["drones"][2]["trajectory"]["position_m"] = json!([[5, 2, 2]]);
     let desk = desk(&together);
@@ -726,7 +726,7 @@ fn missions_hold_no_times_so_they_are_written_only_when_that_will_do_and_say_wha
 }
 
 #[test]
-fn who_never_leaves_the_ground_has_no_mission_and_does_not_end_hovering() {
+fn a_drone_that_never_leaves_the_ground_has_no_mission_and_does_not_end_hovering() {
     let hops = json!({"t_s": [0, 3, 6], "position_m": [[20, 9, 0], [20, 9, 1.5], [20, 9, 0]]});
     let parked = json!({"t_s": [0], "position_m": [[4, 9, 0]]});
     let mut plan = fleet(&[("hops", hops), ("parked", parked)]);

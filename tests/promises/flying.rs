@@ -197,7 +197,7 @@ fn a_drone_that_draws_more_than_its_battery_holds_is_warned_of() {
 }
 
 #[test]
-fn broken_questions_are_told_and_answered_with_2() {
+fn broken_questions_are_reported_and_answered_with_2() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     fs::write(folder.join("plan.json"), plan(2.0)).unwrap();

@@ -321,7 +321,7 @@ fn json_in(zip: &[u8], name: &str) -> Value {
 }
 
 #[test]
-fn what_a_show_says_beside_its_trajectories_is_kept_or_told_to_be_lost() {
+fn what_a_show_says_beside_its_trajectories_is_kept_or_reported_as_lost() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     let points = json!([[0, [0, 0, 2], []], [4, [3, 0, 2], []]]);
@@ -442,7 +442,7 @@ fn a_show_that_begins_before_its_clock_keeps_its_times() {
 }
 
 #[test]
-fn all_that_is_wrong_with_a_show_is_told_at_once_each_at_its_place() {
+fn all_that_is_wrong_with_a_show_is_reported_at_once_each_at_its_place() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     let put = |name: &str, bytes: &[u8]| {
@@ -612,7 +612,7 @@ fn polynomials_of_degree_seven_are_judged_within_what_is_said() {
 }
 
 #[test]
-fn a_show_that_cannot_be_read_is_told_where_it_is_broken() {
+fn a_show_that_cannot_be_read_is_reported_where_it_is_broken() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     let put = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).unwrap();

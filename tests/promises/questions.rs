@@ -97,7 +97,7 @@ fn a_separation_keeps_the_limit_and_its_table_is_the_model_s() {
 }
 
 #[test]
-fn bodies_do_not_touch_at_any_separation_that_is_told() {
+fn bodies_do_not_touch_at_any_separation_that_is_reported() {
     let desk = tempfile::tempdir().unwrap();
     let (lower, upper) = ("matrice-300", "crazyflie-2.1");
     let tips_m = |name: &str| Airframe::preset(name).unwrap().tip_radius_m();
@@ -166,7 +166,7 @@ fn the_air_of_a_drone_is_quiet_where_it_is_said_to_be() {
 }
 
 #[test]
-fn a_width_factor_that_is_chosen_is_told_wherever_its_jet_is() {
+fn a_width_factor_that_is_chosen_is_reported_wherever_its_jet_is() {
     let desk = tempfile::tempdir().unwrap();
     let told = |line: &str| {
         let (_, told, _) = run(desk.path(), line);
@@ -269,7 +269,7 @@ fn a_wait_is_explained_by_what_would_break_without_it() {
 }
 
 #[test]
-fn what_a_wait_costs_is_one_figure_in_all_that_is_told() {
+fn what_a_wait_costs_is_one_figure_in_all_that_is_reported() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     let scenario = format!("{}/scenarios/warehouse.ron", env!("CARGO_MANIFEST_DIR"));
@@ -332,7 +332,7 @@ fn a_wait_before_an_appointment_makes_no_drone_later_and_is_explained_all_the_sa
 }
 
 #[test]
-fn a_drone_that_has_not_come_or_has_left_is_told_so_and_a_scenario_of_others_is_refused() {
+fn a_drone_that_has_not_come_or_has_left_is_reported_and_a_scenario_of_others_is_refused() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     let mut plan: Value = serde_json::from_str(&crossing(2.0)).unwrap();
@@ -382,7 +382,7 @@ fn with_rests(to_m: [f64; 2]) -> String {
 }
 
 #[test]
-fn a_drone_at_rest_in_mid_flight_is_not_told_to_have_not_begun() {
+fn a_drone_at_rest_in_mid_flight_is_not_reported_to_have_not_begun() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     fs::write(folder.join("plan.json"), with_rests([5.0, 3.0])).unwrap();
@@ -416,7 +416,7 @@ fn slow_flight_is_a_stop_also_of_a_plan_that_does_not_say_when_its_drones_arrive
 }
 
 #[test]
-fn no_zone_is_told_to_be_a_drone_that_another_waits_for() {
+fn no_zone_is_said_to_be_a_drone_that_another_waits_for() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();
     let drone = |name: &str, t_s: &[f64], x_m: &[f64]| {

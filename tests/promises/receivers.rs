@@ -296,7 +296,7 @@ fn told_otherwise(mut flight: Recording, source: ThrustSource) -> Recording {
 }
 
 #[test]
-fn the_same_force_is_told_by_rotor_speeds_by_thrust_and_as_it_stands() {
+fn the_same_force_is_identified_by_rotor_speeds_by_thrust_and_as_it_stands() {
     let test = ForceTest {
         folds: 4,
         ..ForceTest::default()

@@ -360,7 +360,7 @@ fn the_nearest_free_place_that_an_error_names_is_free() {
 }
 
 #[test]
-fn a_start_in_mid_air_beside_an_obstacle_is_told_as_both_with_no_margin_that_does_not_help() {
+fn a_start_in_mid_air_beside_an_obstacle_is_reported_as_both_with_no_margin_that_does_not_help() {
     let text = |airframe: &str, start: &str, planning: &str| {
         format!(
             r#"(name: "m", bounds_m: (min: (0, 0, 0), max: (12, 12, 9)),

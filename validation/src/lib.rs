@@ -57,18 +57,18 @@ pub struct Case {
 
 /// What each of five cases in turn is. Two in five have no injected effect, so that a few hundred
 /// cases have their hundred nulls.
-const TURN: [Place; 5] = [
-    Place::Null(0),
-    Place::Injecting(0),
-    Place::Null(1),
-    Place::Injecting(1),
-    Place::Injecting(2),
+const TURN: [FamilyIndex; 5] = [
+    FamilyIndex::Null(0),
+    FamilyIndex::Injecting(0),
+    FamilyIndex::Null(1),
+    FamilyIndex::Injecting(1),
+    FamilyIndex::Injecting(2),
 ];
 const NULLS_A_TURN: usize = 2;
 const INJECTING_A_TURN: usize = 3;
 
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum FamilyIndex {
     Null(usize),
     Injecting(usize),
 }
@@ -77,8 +77,8 @@ enum Place {
 fn kind(index: usize) -> (&'static Family, Size) {
     let turn = index / TURN.len();
     match TURN[index % TURN.len()] {
-        Place::Null(at) => (&NULLS[(turn * NULLS_A_TURN + at) % NULLS.len()], Size::Mid),
-        Place::Injecting(at) => {
+        FamilyIndex::Null(at) => (&NULLS[(turn * NULLS_A_TURN + at) % NULLS.len()], Size::Mid),
+        FamilyIndex::Injecting(at) => {
             let nth = turn * INJECTING_A_TURN + at;
             let (round, place) = (nth / injecting_families(), nth % injecting_families());
             // A family meets another size every time round.
@@ -104,7 +104,7 @@ pub fn case(half: Half, seed: u64, index: usize) -> Case {
             &mut random,
         ),
         false => {
-            let is_null = matches!(TURN[index % TURN.len()], Place::Null(_));
+            let is_null = matches!(TURN[index % TURN.len()], FamilyIndex::Null(_));
             drawn::drawn(half, is_null, &mut random)
         }
     };

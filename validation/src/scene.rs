@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 use crate::recorded;
 use crate::truth::{Injected, Truth};
 use crate::world::{
-    Air, Answer, Drone, Emitter, Faults, GRAVITY, Instrument, Met, Noise, Readings, Route, Seen,
-    Summing, World, density, detectable,
+    Air, Answer, Drone, Emitter, Faults, GRAVITY, Instrument, Noise, Readings, ReceiverConditions,
+    Route, Seen, Summing, World, density, detectable,
 };
 use diagnosis::record::recording::Recording;
 use diagnosis::statistics::draws::Draws;
@@ -296,7 +296,7 @@ impl Scene {
             let throttle = |world: &World, answer: &Answer, at_s: f64| {
                 let place_m = receiver.route.position_m(at_s);
                 let down_mps = -world.velocity_mps(at_s, place_m).z;
-                let met = Met {
+                let met = ReceiverConditions {
                     alpha: down_mps / hover_mps,
                     above_floor_m: Some(place_m.z - self.floor_z_m),
                     below_ceiling_m: self.ceiling_z_m.map(|z_m| z_m - place_m.z),

@@ -17,14 +17,14 @@ pub(crate) const FAINT_MPS: f64 = 0.05;
 const STEPS_BACK: usize = 4;
 
 /// One wake that drones share: of an airframe at a mass.
-pub(crate) struct Kind {
+pub(crate) struct SharedWake {
     pub(crate) wake: Wake,
     /// Farthest from a rotor centre that its air counts (m), level.
     reach_m: f64,
 }
 
 /// A drone as source and receiver of air.
-struct Member<'a> {
+struct AirMember<'a> {
     drone: &'a DronePlan,
     airframe: Option<Airframe>,
     /// Index into the kinds, for each break point.
@@ -38,8 +38,8 @@ struct Member<'a> {
 
 /// The air of a whole plan.
 pub(crate) struct AirOfPlan<'a> {
-    pub(crate) kinds: Vec<Kind>,
-    members: Vec<Member<'a>>,
+    pub(crate) kinds: Vec<SharedWake>,
+    members: Vec<AirMember<'a>>,
     /// Of wakes, with the faces on which they end.
     outlines: WakeOutlines,
     flown: Flown,
@@ -51,11 +51,11 @@ pub(crate) struct AirOfPlan<'a> {
 }
 
 /// A place (m) at a time (s).
-pub(crate) type Spot = (Point3<f64>, f64);
+pub(crate) type PlaceAndTime = (Point3<f64>, f64);
 
 /// The exposure of one drone at one moment.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Met {
+pub(crate) struct SampledExposure {
     /// Mean over its rotor discs (m/s).
     pub(crate) air_mps: f64,
     /// Drones whose wakes alone bring more than [`FAINT_MPS`], with that (m/s).
@@ -68,7 +68,7 @@ impl<'a> AirOfPlan<'a> {
         let depth_m = (plan.bounds_m.max.z - plan.bounds_m.min.z).max(1.0);
         let convection = plan.convection().map(|it| it.factors()[1]);
         let mut keys: Vec<(&str, u64)> = Vec::new();
-        let mut kinds: Vec<Kind> = Vec::new();
+        let mut kinds: Vec<SharedWake> = Vec::new();
         let mut members = Vec::with_capacity(plan.drones.len());
         for drone in &plan.drones {
             let airframe = drone.airframe.airframe().ok();
@@ -86,7 +86,7 @@ impl<'a> AirOfPlan<'a> {
                     ));
                     keys.push(key);
                     let reach_m = reach_m(&wake, depth_m);
-                    kinds.push(Kind { wake, reach_m });
+                    kinds.push(SharedWake { wake, reach_m });
                     kinds.len() - 1
                 }))
             });
@@ -101,7 +101,7 @@ impl<'a> AirOfPlan<'a> {
                 |kind: &usize| kinds[*kind].reach_m + lag_of(kind) * drone.airframe.max_speed_mps;
             let reach_m = kinds_of.iter().map(reach_of).fold(0.0, f64::max);
             let lag_s = kinds_of.iter().map(lag_of).fold(0.0, f64::max);
-            members.push(Member {
+            members.push(AirMember {
                 drone,
                 airframe,
                 kinds: kinds_of,
@@ -128,7 +128,7 @@ impl<'a> AirOfPlan<'a> {
 
     /// A wake as its volumes have it, at levels down to the place's height: depth, radius, how far
     /// its axis is aside in x and y (m), and how long its air was under way (s).
-    pub(crate) fn levels(&self, kind: &Kind, count: usize) -> Vec<[f64; 5]> {
+    pub(crate) fn levels(&self, kind: &SharedWake, count: usize) -> Vec<[f64; 5]> {
         let wake = &kind.wake;
         let near_m = wake.near_field_depth_m();
         let column_m = wake.column_radius_m();
@@ -200,7 +200,7 @@ impl<'a> AirOfPlan<'a> {
     }
 
     /// The exposure of all drones at each moment.
-    pub(crate) fn met(&self, samples: &[Sample]) -> Vec<Vec<Met>> {
+    pub(crate) fn met(&self, samples: &[Sample]) -> Vec<Vec<SampledExposure>> {
         let discs: Vec<_> = self
             .members
             .iter()
@@ -209,7 +209,7 @@ impl<'a> AirOfPlan<'a> {
                 Some((airframe.disc_points(), airframe.tip_radius_m()))
             })
             .collect();
-        let at = |sample: &Sample| -> Vec<Met> {
+        let at = |sample: &Sample| -> Vec<SampledExposure> {
             // By x: most of a large fleet is far away.
             let mut sources: Vec<(Point3<f64>, f64, usize)> = (0..self.members.len())
                 .filter_map(|index| {
@@ -224,10 +224,10 @@ impl<'a> AirOfPlan<'a> {
                 let Some((place_m, (discs, tips_m))) =
                     sample.position_m[index].zip(discs[index].as_ref())
                 else {
-                    return Met::default();
+                    return SampledExposure::default();
                 };
                 if self.makes(index, sample.t_s).is_none() {
-                    return Met::default();
+                    return SampledExposure::default();
                 }
                 let first = sources.partition_point(|it| it.0.x < place_m.x - widest_m - tips_m);
                 let near = sources[first..]
@@ -259,7 +259,7 @@ impl<'a> AirOfPlan<'a> {
                     _ => mean(std::slice::from_ref(one)),
                 });
                 let from = near.iter().map(|it| it.0).zip(alone);
-                Met {
+                SampledExposure {
                     air_mps,
                     from: from.filter(|it| it.1 > FAINT_MPS).collect(),
                 }
@@ -271,7 +271,7 @@ impl<'a> AirOfPlan<'a> {
 
     /// The air of one drone (m/s) over the discs of another that were at a place (m) at a time (s):
     /// the mean, of that wake alone.
-    pub(crate) fn brings_mps(&self, from: usize, to: usize, (place_m, at_s): Spot) -> f64 {
+    pub(crate) fn brings_mps(&self, from: usize, to: usize, (place_m, at_s): PlaceAndTime) -> f64 {
         let leaves = self.leaves(from, at_s, place_m.z);
         self.alone_mps(leaves, to, place_m)
     }
@@ -282,7 +282,7 @@ impl<'a> AirOfPlan<'a> {
         &self,
         (from, from_m): (usize, Point3<f64>),
         to: usize,
-        (place_m, at_s): Spot,
+        (place_m, at_s): PlaceAndTime,
     ) -> f64 {
         let kind = self.makes(from, at_s).map(|(_, kind)| kind);
         let leaves = kind.filter(|_| from_m.z > place_m.z).map(|kind| {

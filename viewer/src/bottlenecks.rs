@@ -12,7 +12,7 @@ use crate::waits::Stop;
 /// twice.
 const PLACE_M: f64 = 2.0;
 /// Bottlenecks of each kind that are listed, chosen here.
-const MOST_TOLD: usize = 3;
+const MOST_LISTED: usize = 3;
 
 /// Where a fleet waits most, and for which drones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -101,8 +101,8 @@ impl Bottlenecks {
         // In the plan's order, and by place, where they are the same.
         found.drones.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
         found.places.sort_by(|a, b| b.waits_s.total_cmp(&a.waits_s));
-        found.drones.truncate(MOST_TOLD);
-        found.places.truncate(MOST_TOLD);
+        found.drones.truncate(MOST_LISTED);
+        found.places.truncate(MOST_LISTED);
         found
     }
 }

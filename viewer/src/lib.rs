@@ -11,7 +11,7 @@ use flight::FlightReport;
 use planner::{Plan, World};
 
 use air::AirOfPlan;
-use scene::Scene;
+use scene::PageData;
 use waits::Waits;
 
 pub use bottlenecks::{BottleneckDrone, BottleneckPlace, Bottlenecks};
@@ -28,7 +28,7 @@ pub struct View<'a> {
     plan: &'a Plan,
     air: AirOfPlan<'a>,
     waits: Waits,
-    untold: usize,
+    omitted: usize,
 }
 
 impl<'a> View<'a> {
@@ -40,13 +40,13 @@ impl<'a> View<'a> {
             plan,
             air,
             waits,
-            untold: 0,
+            omitted: 0,
         }
     }
 
     /// With so many violations more than the plan lists.
-    pub fn with_untold(self, untold: usize) -> View<'a> {
-        View { untold, ..self }
+    pub fn with_omitted(self, omitted: usize) -> View<'a> {
+        View { omitted, ..self }
     }
 
     /// Where and for which drones the fleet waits most.
@@ -56,8 +56,8 @@ impl<'a> View<'a> {
 
     /// The whole page as HTML, of the plan and of how it was flown.
     pub fn page(&self, flown: Option<&FlightReport>) -> String {
-        let mut scene = Scene::new(self.plan, (&self.air, &self.waits), flown);
-        scene.violation_count += self.untold;
+        let mut scene = PageData::new(self.plan, (&self.air, &self.waits), flown);
+        scene.violation_count += self.omitted;
         let data = serde_json::to_string(&scene).expect("a scene holds string keys alone");
         [
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -24,7 +24,7 @@ const UNIT: f64 = 1e-4;
 
 /// The contents of the page.
 #[derive(Serialize)]
-pub(crate) struct Scene<'a> {
+pub(crate) struct PageData<'a> {
     scenario: &'a str,
     status: Status,
     bounds_m: &'a Bounds,
@@ -133,12 +133,12 @@ struct Drone<'a> {
 /// waits, and how much later it is for that (s).
 type StopRow = (f32, f32, &'static str, Option<usize>, Option<f32>);
 
-impl<'a> Scene<'a> {
+impl<'a> PageData<'a> {
     pub(crate) fn new(
         plan: &'a Plan,
         (air, waits): (&AirOfPlan<'_>, &Waits),
         flight: Option<&'a FlightReport>,
-    ) -> Scene<'a> {
+    ) -> PageData<'a> {
         let fleet = plan.drones.len();
         let end_s = plan.ends_s();
         let (samples, step_s) = (&waits.samples, waits.step_s);
@@ -243,7 +243,7 @@ impl<'a> Scene<'a> {
                     stops: stops.collect(),
                 }
             });
-        Scene {
+        PageData {
             scenario: &plan.scenario,
             status: plan.status,
             bounds_m: &plan.bounds_m,
@@ -330,7 +330,7 @@ mod tests {
         plan.drones[0].trajectory.t_s[1] = 5.0;
         plan.violations = vec![violation; MOST_VIOLATIONS + 7];
         let air = AirOfPlan::new(&plan);
-        let scene = Scene::new(&plan, (&air, &Waits::of(&plan, None, &air)), None);
+        let scene = PageData::new(&plan, (&air, &Waits::of(&plan, None, &air)), None);
         let u_h_mps = plan.drones[0].airframe.hover_induced_velocity_mps;
         let of = |hover_mps: f64| [0.0, hover_mps, plan.drones[0].air_limit * hover_mps];
         let expected = [(0, of(2.0 * u_h_mps)), (1, of(u_h_mps))];
@@ -342,7 +342,7 @@ mod tests {
     fn the_air_of_the_page_is_that_of_the_verifier_between_its_samples() {
         let plan = crate::tests::hall(60);
         let air = AirOfPlan::new(&plan);
-        let scene = Scene::new(&plan, (&air, &Waits::of(&plan, None, &air)), None);
+        let scene = PageData::new(&plan, (&air, &Waits::of(&plan, None, &air)), None);
         let worst_mps = |k: usize| plan.drones[k].worst_air_mps;
         let most_mps = (0..60).map(worst_mps).fold(0.0, f64::max);
         assert!(most_mps > 0.2);

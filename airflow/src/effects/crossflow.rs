@@ -79,7 +79,7 @@ pub struct Crossflow {
 
 /// Where a bent jet is at a depth, what of it is left, and how it is tilted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Section {
+pub(crate) struct PlumeSection {
     /// Drift downwind (l).
     pub(crate) drift: f64,
     /// Speed along the axis over that in still air.
@@ -93,7 +93,7 @@ pub(crate) struct Section {
 /// One bent jet by depth.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Plume {
-    sections: Vec<Section>,
+    sections: Vec<PlumeSection>,
     /// It came to [`DEEPEST`] before it levelled off.
     goes_on: bool,
 }
@@ -123,7 +123,7 @@ impl Plume {
         let section = |[q, mx, mz, drift, depth]: [f64; 5]| {
             let m = mx.hypot(mz);
             let u = m / q;
-            Section {
+            PlumeSection {
                 drift,
                 speed: u / still_u(depth),
                 width: (q / (PI * u)).sqrt() / radius(depth),
@@ -165,14 +165,14 @@ impl Plume {
     /// The jet at a depth (l), linear between the entries of the table; `None` where the wind has
     /// taken it away before. Below the table it goes on as it ends there, straight and no weaker
     /// against the jet in still air: no measurement reaches so far down.
-    pub(crate) fn at(&self, s: f64) -> Option<Section> {
+    pub(crate) fn at(&self, s: f64) -> Option<PlumeSection> {
         let place = (s / SPACING).max(0.0);
         let before = place as usize;
         let Some(&a) = self.sections.get(before) else {
             let last = *self.sections.last().filter(|_| self.goes_on)?;
             let below = s - (self.sections.len() - 1) as f64 * SPACING;
             let [sin, cos] = last.tilt;
-            return Some(Section {
+            return Some(PlumeSection {
                 drift: last.drift + below * sin / cos,
                 ..last
             });
@@ -180,13 +180,13 @@ impl Plume {
         let share = place - before as f64;
         let Some(b) = self.sections.get(before + 1) else {
             let [sin, cos] = a.tilt;
-            return Some(Section {
+            return Some(PlumeSection {
                 drift: a.drift + share * SPACING * sin / cos,
                 ..a
             });
         };
         let mix = |a: f64, b: f64| a + share * (b - a);
-        Some(Section {
+        Some(PlumeSection {
             drift: mix(a.drift, b.drift),
             speed: mix(a.speed, b.speed),
             width: mix(a.width, b.width),

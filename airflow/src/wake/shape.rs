@@ -28,7 +28,7 @@ pub(crate) struct Shape {
 }
 
 /// Where the axis is at a depth and what the jet has become there; lengths in `l`.
-struct Section {
+struct JetSection {
     axis: [f64; 2],
     width: f64,
     speed: f64,
@@ -131,7 +131,7 @@ impl Shape {
         self.plume.as_ref()?.0.gone_from()
     }
 
-    fn section(&self, s: f64) -> Option<Section> {
+    fn section(&self, s: f64) -> Option<JetSection> {
         let effects = &self.effects;
         let mut axis = effects.wake_tilt.map_or([0.0; 2], |tilt| tilt.shift(s));
         let (mut width, mut speed, mut tilt) = (1.0, 1.0, [0.0, 1.0]);
@@ -150,7 +150,7 @@ impl Shape {
             speed *= faster;
         }
         speed *= effects.buoyancy.map_or(1.0, |buoyancy| buoyancy.factor(s));
-        Some(Section {
+        Some(JetSection {
             axis,
             width,
             speed,
@@ -186,10 +186,10 @@ impl Shape {
             (from_axis[1] + shortened * towards[1]) / section.width,
             offset_m.z,
         );
-        let astray_m = wake.astray_m(s * length_m) / section.width;
-        let place_m = match astray_m {
+        let lean_offset_m = wake.lean_offset_m(s * length_m) / section.width;
+        let place_m = match lean_offset_m {
             0.0 => place_m,
-            _ => self.fastest_near(wake, place_m, astray_m),
+            _ => self.fastest_near(wake, place_m, lean_offset_m),
         };
         let radius_m = place_m.xy().norm();
         let plain_mps = wake.plain_velocity_mps(place_m);

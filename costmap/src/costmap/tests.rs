@@ -24,7 +24,7 @@ fn empty() -> Costmap {
         fastest_mps: 2.0,
         gaps_m: [0.1; 3],
         shift: 0,
-        astray_m: 0.0,
+        path_deviation_m: 0.0,
         deepest_m: 6.0,
         lowest_air_limit: 0.3,
         lowest_zone_limit_mps: 1.5,
@@ -89,13 +89,13 @@ fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
     for drone in (0..DRONES).map(DroneId) {
         for &index in costmap.timeline.of(drone) {
             let item = costmap.timeline.item(index);
-            let mut met: Vec<_> = item
-                .met
+            let mut incoming: Vec<_> = item
+                .incoming
                 .iter()
                 .map(|it| (it.from, it.start, it.load))
                 .collect();
-            met.sort_unstable();
-            loads.push((drone, item.leg.start, met, item.peak));
+            incoming.sort_unstable();
+            loads.push((drone, item.leg.start, incoming, item.peak));
         }
     }
     let in_zone = (0..12)
@@ -160,7 +160,7 @@ fn what_a_look_nearby_allows_a_full_one_allows_if_it_is_borne() {
                 let (mut nearby, mut full) = (Verdict::default(), Verdict::default());
                 costmap.judge_nearby(&leg, false, &mut nearby);
                 costmap.judge(&leg, &mut full);
-                let allows = nearby.blockers.is_empty() && costmap.is_borne(&[leg]);
+                let allows = nearby.blockers.is_empty() && costmap.are_loads_within_budget(&[leg]);
                 assert!(!allows || full.blockers.is_empty(), "{leg:?} {full:?}");
                 allowed += u32::from(allows && !costmap.near(&leg).is_empty());
             }

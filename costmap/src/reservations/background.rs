@@ -1,8 +1,8 @@
 //! The far-wake background: what weak wakes from farther off add up to at most, by place and time.
 //!
-//! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So
-//! every bin of the floor keeps, second by second, the sum of what drones that far off can bring to
-//! a drone in it; seconds in which nothing changes are kept once.
+//! Beyond [`Fleet::pairwise_within_m`] no wake is worth looking at one by one, but many together
+//! may be. So every bin of the floor keeps, second by second, the sum of what drones that far off
+//! can bring to a drone in it; seconds in which nothing changes are kept once.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub(crate) struct FarWakes {
 
 /// In which buckets how much falls into which bin.
 #[derive(Clone, Debug)]
-pub(crate) struct Spread {
+pub(crate) struct FarWakeLoads {
     during: Range<u32>,
     /// Row by row.
     loads: Vec<(usize, u32)>,
@@ -45,24 +45,31 @@ impl FarWakes {
     }
 
     /// Adds what a drone brings to others.
-    pub(crate) fn add(&mut self, spreads: &[Spread]) {
+    pub(crate) fn add(&mut self, far_wake_loads: &[FarWakeLoads]) {
         let mut worst = std::mem::take(&mut self.worst);
-        self.change(spreads, |bin, sum, load| {
+        self.change(far_wake_loads, |bin, sum, load| {
             *sum += load;
             worst[bin] = (*sum).max(worst[bin]);
         });
         self.worst = worst;
     }
 
-    pub(crate) fn take_back(&mut self, spreads: &[Spread]) {
-        self.change(spreads, |_, sum, load| *sum -= load);
+    pub(crate) fn take_back(&mut self, far_wake_loads: &[FarWakeLoads]) {
+        self.change(far_wake_loads, |_, sum, load| *sum -= load);
     }
 
-    fn change(&mut self, spreads: &[Spread], mut change: impl FnMut(usize, &mut u32, u32)) {
+    fn change(
+        &mut self,
+        far_wake_loads: &[FarWakeLoads],
+        mut change: impl FnMut(usize, &mut u32, u32),
+    ) {
         let width = self.width;
-        for spread in spreads.iter().filter(|spread| !spread.loads.is_empty()) {
-            for sums in self.sums.during_mut(spread.during.clone()) {
-                for row in (spread.loads).chunk_by(|a, b| a.0 / width == b.0 / width) {
+        for span_loads in far_wake_loads
+            .iter()
+            .filter(|span_loads| !span_loads.loads.is_empty())
+        {
+            for sums in self.sums.during_mut(span_loads.during.clone()) {
+                for row in (span_loads.loads).chunk_by(|a, b| a.0 / width == b.0 / width) {
                     let sums = Arc::make_mut(&mut sums[row[0].0 / width]);
                     for &(bin, load) in row {
                         change(bin, &mut sums[bin % width], load);
@@ -100,14 +107,19 @@ impl FarWakes {
 /// What a drone on these legs brings to every bin that it is not near to, at most, bucket by
 /// bucket, however early or late it is and its air comes: every drone on its own, so that sums of
 /// these bound what all of them bring at any one moment.
-pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, floor_z_m: f64, legs: &[Leg]) -> Vec<Spread> {
+pub(crate) fn far_wake_loads(
+    fleet: &Fleet,
+    ground: &Ground,
+    floor_z_m: f64,
+    legs: &[Leg],
+) -> Vec<FarWakeLoads> {
     let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
         return Vec::new();
     };
     let early = fleet.conditions().shift;
     let delays = legs.iter().map(|leg| fleet.delay_down_to(leg, floor_z_m));
     let late = delays.max().unwrap_or(0) + early;
-    let mut spreads = Vec::new();
+    let mut far_wake_loads = Vec::new();
     let mut next = 0;
     let mut bucket = first.start.before(early).0 / BUCKET_TICKS;
     while begins(bucket) < last.end.after(late) {
@@ -125,12 +137,12 @@ pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, floor_z_m: f64, legs: &[Le
             .filter(|part| part.start < part.end)
             .collect();
         bucket = during.end;
-        spreads.push(Spread {
+        far_wake_loads.push(FarWakeLoads {
             during,
             loads: loads(fleet, ground, &parts),
         });
     }
-    spreads
+    far_wake_loads
 }
 
 /// Buckets from one on in which a leg that lasts at its beginning is looked at as one: a single one
@@ -159,7 +171,7 @@ fn loads(fleet: &Fleet, ground: &Ground, parts: &[Leg]) -> Vec<(usize, u32)> {
     for part in parts {
         let gaps_m = ground.gaps_m(&Footprint::around(part, 0.0), bins);
         for ((_, most), gap_m) in loads.iter_mut().zip(gaps_m) {
-            if gap_m >= fleet.near_m() {
+            if gap_m >= fleet.pairwise_within_m() {
                 *most = fleet.far_load_on_any(part.kind, gap_m).max(*most);
             }
         }

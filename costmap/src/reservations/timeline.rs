@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::ground::{Bins, Footprint, Ground};
-use crate::verdict::{Incoming, peak};
+use crate::verdict::{IncomingLoad, peak};
 
 /// A leg of the fleet, or a part of one.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,11 +24,11 @@ pub struct Item {
     /// Where it is.
     pub footprint: Footprint,
     /// The wakes that it meets.
-    pub met: Vec<Incoming>,
+    pub incoming: Vec<IncomingLoad>,
     /// Bound on the budget that they fill together at any moment, in millionths.
     pub peak: u64,
     /// All wakes that it meets, however weak and far off, once they were asked for.
-    pub all_met: OnceLock<Vec<Incoming>>,
+    pub all_incoming: OnceLock<Vec<IncomingLoad>>,
     /// The bins that it is over.
     pub(crate) bins: Bins,
 }
@@ -36,22 +36,24 @@ pub struct Item {
 impl Item {
     /// Bound on the budget that all wakes met between two ticks fill together, in millionths.
     pub fn filled(&self, start: Tick, end: Tick) -> u64 {
-        peak(&self.met, start, end)
+        peak(&self.incoming, start, end)
     }
 
-    fn meets(&mut self, incoming: Incoming) {
-        self.met.push(incoming);
-        self.peak = self.peak.max(peak(&self.met, incoming.start, incoming.end));
+    fn meets(&mut self, incoming: IncomingLoad) {
+        self.incoming.push(incoming);
+        self.peak = self
+            .peak
+            .max(peak(&self.incoming, incoming.start, incoming.end));
     }
 
     fn forgets(&mut self, drone: DroneId) {
-        self.met.retain(|incoming| incoming.from != drone);
-        self.peak = peak(&self.met, Tick(0), Tick::FOREVER);
+        self.incoming.retain(|incoming| incoming.from != drone);
+        self.peak = peak(&self.incoming, Tick(0), Tick::FOREVER);
     }
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Visit {
+struct BinEntry {
     start: Tick,
     end: Tick,
     /// Latest end of this and all before it in the bin.
@@ -65,36 +67,36 @@ struct Visit {
 #[derive(Clone, Debug, Default)]
 struct Bin {
     /// Those that end.
-    passing: Vec<Visit>,
+    passing: Vec<BinEntry>,
     /// Those that do not: kept apart, or else nothing that begins later would ever be over.
-    staying: Vec<Visit>,
+    staying: Vec<BinEntry>,
 }
 
 impl Bin {
-    fn insert(&mut self, visit: Visit) {
-        let kept = match visit.end {
+    fn insert(&mut self, entry: BinEntry) {
+        let kept = match entry.end {
             Tick::FOREVER => &mut self.staying,
             _ => &mut self.passing,
         };
-        let at = kept.partition_point(|known| known.start <= visit.start);
-        kept.insert(at, visit);
+        let at = kept.partition_point(|known| known.start <= entry.start);
+        kept.insert(at, entry);
         settle_latest(kept, at);
     }
 
     /// In order of time between two ticks, those that never end last.
-    fn during(&self, start: Tick, end: Tick) -> impl Iterator<Item = &Visit> {
-        let first = self.passing.partition_point(|visit| visit.latest <= start);
+    fn during(&self, start: Tick, end: Tick) -> impl Iterator<Item = &BinEntry> {
+        let first = self.passing.partition_point(|entry| entry.latest <= start);
         let passing = self.passing[first..].iter();
         let staying = self.staying.iter();
         passing
-            .take_while(move |visit| visit.start < end)
-            .filter(move |visit| visit.end > start)
-            .chain(staying.take_while(move |visit| visit.start < end))
+            .take_while(move |entry| entry.start < end)
+            .filter(move |entry| entry.end > start)
+            .chain(staying.take_while(move |entry| entry.start < end))
     }
 
     fn remove(&mut self, item: u32) {
         for kept in [&mut self.passing, &mut self.staying] {
-            if let Some(at) = kept.iter().position(|visit| visit.item == item) {
+            if let Some(at) = kept.iter().position(|entry| entry.item == item) {
                 kept.remove(at);
                 settle_latest(kept, at);
             }
@@ -143,9 +145,9 @@ impl Timeline {
             clear,
             wake_end_z_m,
             footprint,
-            met: Vec::new(),
+            incoming: Vec::new(),
             peak: 0,
-            all_met: OnceLock::new(),
+            all_incoming: OnceLock::new(),
             bins,
         };
         let index = match self.unused.pop() {
@@ -160,7 +162,7 @@ impl Timeline {
         };
         self.of_drones[leg.drone.0 as usize].push(index);
         for bin in self.ground.rows(bins).flatten() {
-            self.bins[bin].insert(Visit {
+            self.bins[bin].insert(BinEntry {
                 start: leg.start,
                 end: leg.end,
                 latest: leg.end,
@@ -177,14 +179,14 @@ impl Timeline {
     }
 
     /// Forgets all that was asked for: something is about to change.
-    pub(crate) fn forget_all_met(&mut self) {
+    pub(crate) fn forget_all_incoming(&mut self) {
         for item in &mut self.items {
-            item.all_met.take();
+            item.all_incoming.take();
         }
     }
 
     /// Notes that an item meets a wake.
-    pub(crate) fn meets(&mut self, index: u32, incoming: Incoming) {
+    pub(crate) fn meets(&mut self, index: u32, incoming: IncomingLoad) {
         let item = &mut self.items[index as usize];
         item.meets(incoming);
         for bin in self.ground.rows(item.bins).flatten() {
@@ -221,7 +223,7 @@ impl Timeline {
             for bin in self.ground.rows(self.items[index as usize].bins).flatten() {
                 self.bins[bin].remove(index);
             }
-            self.items[index as usize].met = Vec::new();
+            self.items[index as usize].incoming = Vec::new();
             self.unused.push(index);
         }
     }
@@ -242,28 +244,28 @@ impl Timeline {
     ) {
         let bins = self.ground.bins(footprint);
         for bin in self.ground.rows(bins).flatten() {
-            let visits = self.bins[bin].during(start, end);
-            for visit in visits.filter(|it| self.ground.is_first_common(bin, bins, it.bins)) {
-                f(visit.item, &self.items[visit.item as usize]);
+            let entries = self.bins[bin].during(start, end);
+            for entry in entries.filter(|it| self.ground.is_first_common(bin, bins, it.bins)) {
+                f(entry.item, &self.items[entry.item as usize]);
             }
         }
     }
 
     /// Every item over a bin between two ticks: in order of time, those that never end last.
     pub fn over(&self, bin: usize, start: Tick, end: Tick) -> impl Iterator<Item = (u32, &Item)> {
-        let visits = self.bins[bin].during(start, end);
-        visits.map(|visit| (visit.item, &self.items[visit.item as usize]))
+        let entries = self.bins[bin].during(start, end);
+        entries.map(|entry| (entry.item, &self.items[entry.item as usize]))
     }
 }
 
-fn settle_latest(visits: &mut [Visit], from: usize) {
+fn settle_latest(entries: &mut [BinEntry], from: usize) {
     let mut latest = match from.checked_sub(1) {
-        Some(before) => visits[before].latest,
+        Some(before) => entries[before].latest,
         None => Tick(0),
     };
-    for visit in &mut visits[from..] {
-        latest = latest.max(visit.end);
-        visit.latest = latest;
+    for entry in &mut entries[from..] {
+        latest = latest.max(entry.end);
+        entry.latest = latest;
     }
 }
 
@@ -343,15 +345,16 @@ mod tests {
 
     #[test]
     fn loads_add_up_only_where_they_last_together() {
-        let met = [(0, 10, 300), (10, 20, 500), (15, 40, 400)].map(|(start, end, load)| Incoming {
-            from: DroneId(start),
-            start: Tick(start),
-            end: Tick(end),
-            load,
-        });
-        assert_eq!(peak(&met, Tick(0), Tick::FOREVER), 900);
-        assert_eq!(peak(&met, Tick(0), Tick(15)), 500);
-        assert_eq!(peak(&met, Tick(20), Tick(30)), 400);
-        assert_eq!(peak(&met, Tick(50), Tick::FOREVER), 0);
+        let incoming =
+            [(0, 10, 300), (10, 20, 500), (15, 40, 400)].map(|(start, end, load)| IncomingLoad {
+                from: DroneId(start),
+                start: Tick(start),
+                end: Tick(end),
+                load,
+            });
+        assert_eq!(peak(&incoming, Tick(0), Tick::FOREVER), 900);
+        assert_eq!(peak(&incoming, Tick(0), Tick(15)), 500);
+        assert_eq!(peak(&incoming, Tick(20), Tick(30)), 400);
+        assert_eq!(peak(&incoming, Tick(50), Tick::FOREVER), 0);
     }
 }

@@ -7,8 +7,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::over_time::{OverTime, begins, buckets, spans};
-use crate::verdict::{Blocker, Verdict, Why, block_largest, greatest_of_each};
-use crate::wake::fleet::{BUDGET, Fleet, WHOLE, left};
+use crate::verdict::{Blocker, Verdict, Why, block_largest, record_max_load};
+use crate::wake::fleet::{BUDGET, Fleet, WHOLE, limit_after_recirculation};
 use crate::wake::surfaces::BlockingSurfaces;
 
 /// Rings in which the wall jet between the nearest and the farthest place of a zone is looked at;
@@ -132,7 +132,7 @@ impl Zones {
                         flown: load.flown,
                     };
                     if blocker.began < leg.end && leg.start < blocker.clear {
-                        greatest_of_each(&mut loads, load.load, blocker);
+                        record_max_load(&mut loads, load.load, blocker);
                     }
                 }
                 block_largest(&mut loads, own, self.budget, verdict);
@@ -155,7 +155,7 @@ impl Wakes<'_> {
         if !self.fleet.conditions().wakes || !leg.flying || zone.air_limit_mps.is_infinite() {
             return 0;
         }
-        let limit_mps = left(
+        let limit_mps = limit_after_recirculation(
             zone.air_limit_mps,
             self.fleet.conditions().flown.return_flow_mps,
         );

@@ -3,7 +3,7 @@
 //!
 //! A volume is a stack of [`Section`]s, figures of revolution about the vertical through the rotor
 //! centre, given by depth below the rotor plane. They depend on the airframe and its mass alone.
-//! [`Section::hung`] places one in the world.
+//! [`Section::placed_below`] places one in the world.
 
 use crate::volumes::frame;
 use crate::volumes::frustum::Frustum;
@@ -150,7 +150,7 @@ impl Section {
 
     /// Placed below a rotor centre (m, world); `None` unless its lengths are finite and none of
     /// them negative.
-    pub fn hung(&self, rotor_centre_m: Point3<f64>) -> Option<Placed> {
+    pub fn placed_below(&self, rotor_centre_m: Point3<f64>) -> Option<Placed> {
         let depth_m = f64::midpoint(self.from_depth_m, self.to_depth_m);
         let frustum = Frustum::new(self.height_m(), self.from_radius_m, self.to_radius_m);
         frustum.map(|frustum| Placed {

@@ -10,13 +10,13 @@
 //! - [`swept`]: a convex body on the move, and whether two of them meet
 //! - [`downwash`]: near-field column and half-width cone of one airborne drone
 //! - [`relative`]: where one drone is relative to another, each at a moment of its own
-//! - [`keep_out`]: where one drone's centre must not be, seen from another
+//! - [`conflict_volume`]: where one drone's centre must not be, seen from another
 //! - [`iso_speed`]: all points where its wake is faster than a limit
 
+pub mod conflict_volume;
 pub mod downwash;
 pub mod frame;
 pub mod frustum;
 pub mod iso_speed;
-pub mod keep_out;
 pub mod relative;
 pub mod swept;

@@ -155,7 +155,7 @@ impl Relative {
     /// reference, `[x, y]` beside it.
     pub fn nearest(&self, [x, y]: [f64; 2]) -> f64 {
         let axis = Vector3::new(x, y, 0.0);
-        if self.passes(&axis) {
+        if self.crosses(&axis) {
             return 0.0;
         }
         let aside = |moments: &[f64; 2]| (self.offset(*moments) - axis).xy();
@@ -173,7 +173,7 @@ impl Relative {
 
     /// Whether it meets the axis inside. Where both fly along one line, or one stays, the nearest
     /// place is on an edge as well.
-    fn passes(&self, axis: &Vector3<f64>) -> bool {
+    fn crosses(&self, axis: &Vector3<f64>) -> bool {
         let (met_by, left_by) = (self.mover, -self.reference);
         let to = axis - self.origin;
         let turned = met_by.x * left_by.y - met_by.y * left_by.x;
@@ -199,7 +199,7 @@ impl Relative {
             0.0
         };
         let flat = |v: &Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
-        let round = Round {
+        let round = LinearBall {
             origin: flat(&self.origin),
             mover: flat(&self.mover),
             reference: flat(&self.reference),
@@ -212,7 +212,7 @@ impl Relative {
 
     /// The same while it is nearer to the reference than `radius`.
     pub(crate) fn delays_near(&self, radius: f64) -> Option<[f64; 2]> {
-        let round = Round {
+        let round = LinearBall {
             origin: self.origin,
             mover: self.mover,
             reference: self.reference,
@@ -225,7 +225,7 @@ impl Relative {
 }
 
 /// Where an offset is no longer than a radius, both linear in two moments: convex.
-struct Round {
+struct LinearBall {
     origin: Vector3<f64>,
     mover: Vector3<f64>,
     reference: Vector3<f64>,
@@ -234,7 +234,7 @@ struct Round {
     radius_by_reference: f64,
 }
 
-impl Round {
+impl LinearBall {
     fn at(&self, [left, met]: [f64; 2]) -> (Vector3<f64>, f64) {
         (
             self.origin + self.mover * met - self.reference * left,

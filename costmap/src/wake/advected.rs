@@ -58,15 +58,19 @@ pub(super) fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) ->
 /// How late the air of a drone may be: that of the slowest that its airframe makes, since drones
 /// take up and drop loads, climb and sink.
 #[derive(Clone, Copy, Debug)]
-pub struct Carrier {
+pub struct ConvectiveDelayBound {
     far: FarField,
     /// Longest delay over that at the centreline's speed; 0: wakes are quasi-static.
     longest_lag: f64,
 }
 
-impl Carrier {
+impl ConvectiveDelayBound {
     /// Of each kind of a fleet, whose wakes as they hover are these.
-    pub(crate) fn of_each(kinds: &[Kind], hovering: &[Wake], air: &Conditions) -> Vec<Carrier> {
+    pub(crate) fn of_each(
+        kinds: &[Kind],
+        hovering: &[Wake],
+        air: &Conditions,
+    ) -> Vec<ConvectiveDelayBound> {
         let climbs_mps = [-air.fastest_mps, 0.0, air.fastest_mps];
         let time_s = |far: &FarField| far.transport_time_s(1.0, 1.0);
         let convection = air.flown.convection.filter(|_| air.wakes);
@@ -77,7 +81,7 @@ impl Carrier {
                 climbs_mps.map(|climb_mps| *air.flown.climbing(wake, climb_mps).far_field())
             });
             let slowest = all.max_by(|a, b| time_s(a).total_cmp(&time_s(b)));
-            Carrier {
+            ConvectiveDelayBound {
                 far: slowest.unwrap_or(*wake.far_field()),
                 longest_lag: convection.map_or(0.0, Convection::longest_lag),
             }
@@ -124,7 +128,7 @@ impl Fleet {
     /// Convective delay of a wake of this kind down to a depth (m), at most (ticks, rounded up); 0
     /// where wakes are quasi-static, and at no depth.
     pub(crate) fn delay_ticks(&self, kind: KindId, depth_m: f64) -> u32 {
-        self.carrier(kind).delay_ticks(depth_m).ceil() as u32
+        self.delay_bound(kind).delay_ticks(depth_m).ceil() as u32
     }
 
     /// The same for any kind of the fleet.
@@ -137,8 +141,8 @@ impl Fleet {
     /// Convective delay from any place of a leg down to a height (m), at most (ticks).
     pub(crate) fn delay_down_to(&self, emitter: &Leg, z_m: f64) -> u32 {
         let highest_m = emitter.from_m.z.max(emitter.to_m.z);
-        let astray_m = 2.0 * self.conditions().astray_m;
-        self.delay_ticks(emitter.kind, highest_m + astray_m - z_m)
+        let relative_deviation_m = 2.0 * self.conditions().path_deviation_m;
+        self.delay_ticks(emitter.kind, highest_m + relative_deviation_m - z_m)
     }
 
     /// Convective delay from any place of one leg down to any of another, at most (ticks).

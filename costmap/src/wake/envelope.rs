@@ -71,7 +71,7 @@ pub struct Envelope {
     /// Rows stand about axes of their own.
     moved: bool,
     /// How much farther off than it seems a receiver may be in any direction (m).
-    astray_m: f64,
+    relative_deviation_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -82,9 +82,9 @@ struct EnvelopeRow {
     centre_m: [f64; 2],
 }
 
-/// Air met along a path through one wake, in units of the emitter's induced velocity.
+/// Exposure along a path through one wake, in units of the emitter's induced velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Met {
+pub struct PathExposure {
     /// Bound on the mean square over the discs, anywhere on the path.
     pub peak_square: f64,
     /// Mean over the path of the mean over the discs.
@@ -143,7 +143,7 @@ impl Envelope {
         let of_row = |row: &EnvelopeRow| row.reach_m + row.centre_m[0].hypot(row.centre_m[1]);
         self.reach_m = rows.iter().map(of_row).fold(0.0, f64::max);
         (self.squares, self.means) = (squares, means);
-        (self.rows, self.astray_m) = (rows, self.astray_m + by_m);
+        (self.rows, self.relative_deviation_m) = (rows, self.relative_deviation_m + by_m);
         self
     }
 
@@ -153,23 +153,26 @@ impl Envelope {
         (0..self.rows.len()).filter_map(square).fold(0.0, f64::max)
     }
 
-    /// Air met along a straight path relative to the emitter (receiver minus emitter, z up), at
+    /// Exposure along a straight path relative to the emitter (receiver minus emitter, z up), at
     /// constant speed.
-    pub fn along(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> Met {
-        if from_m.z >= self.astray_m && to_m.z >= self.astray_m {
-            return Met::default();
+    pub fn along(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> PathExposure {
+        if from_m.z >= self.relative_deviation_m && to_m.z >= self.relative_deviation_m {
+            return PathExposure::default();
         }
         if nearest_radius_m(from_m, to_m) >= self.reach_m {
-            return Met::default();
+            return PathExposure::default();
         }
         let deepest_m = *self.depths_m.last().unwrap_or(&0.0);
-        let depths_m = [-self.astray_m, deepest_m + self.astray_m];
+        let depths_m = [
+            -self.relative_deviation_m,
+            deepest_m + self.relative_deviation_m,
+        ];
         let Some((first_m, last_m)) = clip_depth(from_m, to_m, depths_m[0], depths_m[1]) else {
-            return Met::default();
+            return PathExposure::default();
         };
         let peak_square = self.peak_square(&first_m, &last_m);
         if peak_square < WEAK_SQUARE {
-            return Met {
+            return PathExposure {
                 peak_square,
                 mean: 0.0,
             };
@@ -186,16 +189,16 @@ impl Envelope {
             .ceil()
             .clamp(1.0, 16.0);
         let step_m = (last_m - first_m) / pieces;
-        let mut met = Met::default();
+        let mut exposure = PathExposure::default();
         for piece in 0..pieces as usize {
             let a_m = first_m + step_m * piece as f64;
             let b_m = a_m + step_m;
-            met.peak_square = met.peak_square.max(self.peak_square(&a_m, &b_m));
+            exposure.peak_square = exposure.peak_square.max(self.peak_square(&a_m, &b_m));
             let middle_m = (a_m + b_m) * 0.5;
-            met.mean += self.mean_at(&middle_m);
+            exposure.mean += self.mean_at(&middle_m);
         }
-        met.mean *= share / pieces;
-        met
+        exposure.mean *= share / pieces;
+        exposure
     }
 
     /// The iso-exposure volume: outside of it no place has a mean square above `square` (in units
@@ -254,7 +257,7 @@ impl Envelope {
         depths_m: [f64; 2],
         nearest_m: impl Fn([f64; 2]) -> f64,
     ) -> f64 {
-        if depths_m[1] <= -self.astray_m {
+        if depths_m[1] <= -self.relative_deviation_m {
             return 0.0;
         }
         let rows = self.row_at(depths_m[0].max(0.0))..=self.row_at(depths_m[1]);
@@ -372,7 +375,7 @@ impl Envelope {
         };
         let depths_m = row_depths_m(l, deepest_m, growth);
         let points = Points::new(discs);
-        let samples: Vec<(f64, Vec<Sample>)> = depths_m
+        let samples: Vec<(f64, Vec<EnvelopeSample>)> = depths_m
             .par_iter()
             .map(|&depth_m| {
                 let depth_m = depth_m.max(1e-9);
@@ -402,7 +405,7 @@ impl Envelope {
             reach_m: 0.0,
             depths_m,
             moved: false,
-            astray_m: 0.0,
+            relative_deviation_m: 0.0,
         };
         for pair in samples.windows(2) {
             envelope.push_row(&pair[0], &pair[1], SLACK, [0.0; 2]);
@@ -450,7 +453,7 @@ impl Envelope {
                 steps_per_m: 0.0,
                 depths_m: depths_m.clone(),
                 moved: true,
-                astray_m: 0.0,
+                relative_deviation_m: 0.0,
             };
             for (rows, centre_m) in &slabs {
                 let row = &rows[receiver];
@@ -480,8 +483,8 @@ impl Envelope {
 
     fn push_row(
         &mut self,
-        upper: &(f64, Vec<Sample>),
-        lower: &(f64, Vec<Sample>),
+        upper: &(f64, Vec<EnvelopeSample>),
+        lower: &(f64, Vec<EnvelopeSample>),
         slack: f64,
         centre_m: [f64; 2],
     ) {
@@ -538,7 +541,7 @@ fn row_depths_m(l: f64, deepest_m: f64, growth: f64) -> Vec<f64> {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Sample {
+struct EnvelopeSample {
     /// Greatest mean square over azimuth, at this radius or any larger one.
     square: f64,
     /// Mean over azimuth of the mean over the discs.
@@ -587,7 +590,7 @@ fn sample_row(
     mut over_discs: impl FnMut([f64; 2], bool) -> (f64, f64),
     from_m: f64,
     sampling: &Sampling,
-) -> (f64, Vec<Sample>) {
+) -> (f64, Vec<EnvelopeSample>) {
     let (azimuths, columns) = (&sampling.azimuths, sampling.columns);
     let counts = |square: f64| square > sampling.negligible_square;
     let at_m = |radius_m: f64, (cos, sin): &(f64, f64)| [radius_m * cos, radius_m * sin];
@@ -599,7 +602,7 @@ fn sample_row(
     let each = (azimuths.len() / MEAN_AZIMUTHS).max(1);
     let sample = |column: usize| {
         let radius_m = reach_m * column as f64 / columns as f64;
-        let mut worst = Sample::default();
+        let mut worst = EnvelopeSample::default();
         let mut means = 0;
         for (k, azimuth) in azimuths.iter().enumerate() {
             let with_mean = k % each == 0;
@@ -611,7 +614,7 @@ fn sample_row(
         worst.mean /= f64::from(means.max(1));
         worst
     };
-    let mut row: Vec<Sample> = (0..=columns).map(sample).collect();
+    let mut row: Vec<EnvelopeSample> = (0..=columns).map(sample).collect();
     for column in (0..columns).rev() {
         row[column].square = row[column].square.max(row[column + 1].square);
     }
@@ -766,12 +769,12 @@ fn over_discs(
 }
 
 /// The greatest sample at this radius or beyond, on the safe side between two samples.
-fn at_radius(row: &(f64, Vec<Sample>), radius_m: f64) -> Sample {
+fn at_radius(row: &(f64, Vec<EnvelopeSample>), radius_m: f64) -> EnvelopeSample {
     let column = (radius_m / row.0 * (row.1.len() - 1) as f64 + 1e-9) as usize;
     row.1.get(column).copied().unwrap_or_default()
 }
 
-fn at_middle(row: &(f64, Vec<Sample>), radius_m: f64) -> f64 {
+fn at_middle(row: &(f64, Vec<EnvelopeSample>), radius_m: f64) -> f64 {
     let place = radius_m / row.0 * (row.1.len() - 1) as f64;
     let column = place as usize;
     match (row.1.get(column), row.1.get(column + 1)) {

@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 use crate::leg::{KindId, Leg, Tick};
 use crate::verdict::price;
+use crate::volumes::conflict_volume::{ConflictVolume, WakeSection};
 use crate::volumes::downwash::{Section, column};
-use crate::volumes::keep_out::{Hung, KeepOut};
 use crate::volumes::relative::{Relative, nearest_radius_m, nearest_square};
-use crate::wake::advected::{Carrier, advected};
+use crate::wake::advected::{ConvectiveDelayBound, advected};
 use crate::wake::envelope::{Envelope, tables};
 use far_loads::{FAR_STEP_M, FarLoads, at_gap};
 
@@ -48,7 +48,7 @@ pub struct Conditions {
     pub shift: u32,
     /// How far off its legs any drone may be in any direction (m): legs are chords of what is
     /// flown. Bodies keep their distance in `gaps_m`.
-    pub astray_m: f64,
+    pub path_deviation_m: f64,
     /// Longest fall of a wake (m).
     pub deepest_m: f64,
     /// Lowest air limit of the fleet, over the induced velocity.
@@ -79,7 +79,7 @@ fn negligible_share(superposition: Superposition) -> f64 {
 
 /// What recirculation leaves of a limit. Never nothing: a limit below it is refused before
 /// planning.
-pub(crate) fn left(limit: f64, recirculated: f64) -> f64 {
+pub(crate) fn limit_after_recirculation(limit: f64, recirculated: f64) -> f64 {
     if recirculated == 0.0 {
         return limit;
     }
@@ -107,7 +107,7 @@ pub struct Fleet {
     /// Near-field columns, by kind.
     columns: Vec<Section>,
     /// What a receiver measures air by, by kind (m/s).
-    measures_mps: Vec<f64>,
+    reference_velocities_mps: Vec<f64>,
     /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter]`.
     envelopes: Vec<Arc<Envelope>>,
     /// Speed at a point, by emitter; empty where no zone limits the air.
@@ -118,7 +118,7 @@ pub struct Fleet {
     reach_m: Vec<f64>,
     far_loads: FarLoads,
     /// Per kind, how late its air may be.
-    carriers: Vec<Carrier>,
+    delay_bounds: Vec<ConvectiveDelayBound>,
     conditions: Conditions,
 }
 
@@ -136,7 +136,7 @@ pub fn wake_of(
 
 /// What two legs do to each other while both last.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Meeting {
+pub struct LegInteraction {
     /// The bodies come closer than they may.
     pub bodies: bool,
     /// One centre is in the other's near-field column.
@@ -163,13 +163,13 @@ impl Fleet {
         let hovering = kinds.iter();
         let hovering = hovering.map(|it| flown.wake(&bare[it.airframe].with_mass(it.mass_kg)));
         let hovering: Vec<Wake> = hovering.collect();
-        let carriers = Carrier::of_each(&kinds, &hovering, &conditions);
+        let delay_bounds = ConvectiveDelayBound::of_each(&kinds, &hovering, &conditions);
         let wakes: Vec<Wake> = hovering
             .iter()
             // Outward: every wake as of a drone that sinks at full speed.
             .map(|wake| flown.climbing(wake, -conditions.fastest_mps))
             .collect();
-        let measures_mps: Vec<f64> = wakes
+        let reference_velocities_mps: Vec<f64> = wakes
             .iter()
             .map(|wake| wake.hover_velocity_mps() / flown.receiver_gain)
             .collect();
@@ -181,9 +181,9 @@ impl Fleet {
             (bare, kinds.iter().map(|kind| kind.airframe).collect())
         };
         let slowest = |airframe: usize| {
-            let own = kinds.iter().zip(&measures_mps);
+            let own = kinds.iter().zip(&reference_velocities_mps);
             own.filter(move |(kind, _)| kind.airframe == airframe)
-                .map(|(_, measure_mps)| *measure_mps)
+                .map(|(_, reference_velocity_mps)| *reference_velocity_mps)
                 .fold(f64::INFINITY, f64::min)
         };
         let fastest = |emitter: usize| {
@@ -210,7 +210,7 @@ impl Fleet {
         };
         let negligible = |pair: usize| {
             let (receiver, emitter) = (pair / emitters.len(), pair % emitters.len());
-            let limit = left(
+            let limit = limit_after_recirculation(
                 conditions.lowest_air_limit,
                 flown.return_flow_mps / slowest(receiver),
             );
@@ -218,7 +218,7 @@ impl Fleet {
             negligible_share(conditions.superposition) * budget * budget
         };
         // Both may be off their legs.
-        let apart_m = 2.0 * conditions.astray_m;
+        let apart_m = 2.0 * conditions.path_deviation_m;
         let made = emitters.par_iter().enumerate().flat_map(|(emitter, wake)| {
             let own = (0..pairs).skip(emitter).step_by(emitters.len());
             let own: Vec<usize> = own.filter(|pair| tabulated(*pair) == *pair).collect();
@@ -242,7 +242,10 @@ impl Fleet {
         let points = (emitters.par_iter().enumerate())
             .filter(|_| limits_zones)
             .map(|(emitter, wake)| {
-                let limit_mps = left(conditions.lowest_zone_limit_mps, flown.return_flow_mps);
+                let limit_mps = limit_after_recirculation(
+                    conditions.lowest_zone_limit_mps,
+                    flown.return_flow_mps,
+                );
                 let limit = (limit_mps / fastest(emitter)).min(1.0);
                 // With wall jets among them wakes count by their speed.
                 let superposition = match flown.wall {
@@ -260,14 +263,14 @@ impl Fleet {
                 .collect(),
             kinds,
             wakes,
-            measures_mps,
+            reference_velocities_mps,
             envelopes,
             points,
             emitters: emitters.len(),
             emitter_of,
             reach_m: Vec::new(),
             far_loads: FarLoads::default(),
-            carriers,
+            delay_bounds,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u32;
@@ -319,14 +322,14 @@ impl Fleet {
     }
 
     /// How late the air of this kind may be.
-    pub fn carrier(&self, kind: KindId) -> &Carrier {
-        &self.carriers[kind.index()]
+    pub fn delay_bound(&self, kind: KindId) -> &ConvectiveDelayBound {
+        &self.delay_bounds[kind.index()]
     }
 
     /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its
     /// rotors, unless it feels another part of it.
-    pub(crate) fn measure_mps(&self, kind: KindId) -> f64 {
-        self.measures_mps[kind.index()]
+    pub(crate) fn reference_velocity_mps(&self, kind: KindId) -> f64 {
+        self.reference_velocities_mps[kind.index()]
     }
 
     /// The air they meet in.
@@ -342,9 +345,9 @@ impl Fleet {
 
     /// Takes out of the gaps between bodies that legs are chords of what is flown.
     pub(crate) fn keep_bodies_by_legs(&mut self) {
-        let astray_m = self.conditions.astray_m;
+        let path_deviation_m = self.conditions.path_deviation_m;
         for gap_m in &mut self.conditions.gaps_m {
-            *gap_m -= 2.0 * astray_m;
+            *gap_m -= 2.0 * path_deviation_m;
         }
     }
 
@@ -361,7 +364,7 @@ impl Fleet {
     /// `ends` are the heights at which their wakes end (m). Advected wakes have no mean here,
     /// see `Fleet::price_s`; quasi-static ones are priced as planned, and past a drone that stays
     /// where it is over the widened time.
-    pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+    pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<LegInteraction> {
         let shift = self.conditions.shift;
         if self.is_advected() {
             return self.meet_advected(first, second, ends);
@@ -380,14 +383,14 @@ impl Fleet {
     }
 
     /// [`Fleet::meet`] where wakes are advected.
-    fn meet_advected(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+    fn meet_advected(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<LegInteraction> {
         let shift = self.conditions.shift;
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
         let apart_m = level_gap_m(first, second);
         if apart_m >= reach_m {
             return None;
         }
-        let mut meeting = Meeting::default();
+        let mut meeting = LegInteraction::default();
         let (one, other) = match first.drone < second.drone {
             true => (first, second),
             false => (second, first),
@@ -409,7 +412,7 @@ impl Fleet {
             meeting.column |= column;
             meeting.load_on_second = load;
         }
-        (meeting != Meeting::default()).then_some(meeting)
+        (meeting != LegInteraction::default()).then_some(meeting)
     }
 
     /// Whether a receiver may be in an emitter's column, and a bound on its budget that the wake
@@ -427,7 +430,7 @@ impl Fleet {
             highest_m(emitter) - lowest_m(receiver),
         ];
         if highest_m(receiver) < end_z_m - 1e-6
-            || depths_m[1] + 2.0 * self.conditions.astray_m <= 0.0
+            || depths_m[1] + 2.0 * self.conditions.path_deviation_m <= 0.0
         {
             return (false, 0);
         }
@@ -508,8 +511,8 @@ impl Fleet {
         let climbs = emitter.from_m.z != emitter.to_m.z || receiver.from_m.z != receiver.to_m.z;
         if square > 0.0 && climbs {
             // Depth and distance are bounded apart, and air is older the deeper: in slabs.
-            let astray_m = 2.0 * self.conditions.astray_m;
-            let shallow_m = shallow_m.max(-astray_m);
+            let relative_deviation_m = 2.0 * self.conditions.path_deviation_m;
+            let shallow_m = shallow_m.max(-relative_deviation_m);
             let slabs = ((deep_m - shallow_m) / CLIMB_STEP_M).ceil().max(1.0) as u32;
             let edge_m =
                 |k: u32| shallow_m + (deep_m - shallow_m) * f64::from(k) / f64::from(slabs);
@@ -519,7 +522,8 @@ impl Fleet {
                 if envelope.highest_among(edges_m, nearest_m) <= square {
                     continue;
                 }
-                let late = self.delay_ticks(emitter.kind, edges_m[1] + astray_m) + shift;
+                let late =
+                    self.delay_ticks(emitter.kind, edges_m[1] + relative_deviation_m) + shift;
                 let slab = whole
                     .between_depths(edges_m)
                     .and_then(|slab| slab.delayed([-f64::from(shift), f64::from(late)]));
@@ -561,17 +565,22 @@ impl Fleet {
                 return 0.0;
             }
             let kinds = [emitter, receiver].map(|leg| leg.kind.index());
-            let met = self
+            let exposure = self
                 .envelope(kinds[0], kinds[1])
                 .along(&offsets_m[0], &offsets_m[1]);
             let ratio = self.velocity_ratio(emitter.kind, receiver.kind);
-            (time.end.seconds() - time.start.seconds()) * price(met.mean * ratio)
+            (time.end.seconds() - time.start.seconds()) * price(exposure.mean * ratio)
         };
         of(second, first, ends[1]) + of(first, second, ends[0])
     }
 
     /// [`Fleet::meet`] of two drones that both are in time.
-    pub fn meet_as_planned(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+    pub fn meet_as_planned(
+        &self,
+        first: &Leg,
+        second: &Leg,
+        ends: [f64; 2],
+    ) -> Option<LegInteraction> {
         self.meet_during(first, second, first.overlap(second), ends)
     }
 
@@ -582,7 +591,7 @@ impl Fleet {
         second: &Leg,
         time: Range<Tick>,
         ends: [f64; 2],
-    ) -> Option<Meeting> {
+    ) -> Option<LegInteraction> {
         if time.is_empty() {
             return None;
         }
@@ -590,7 +599,7 @@ impl Fleet {
         let [other_from_m, other_to_m] = [time.start, time.end].map(|at| second.position_m(at));
         let (from_m, to_m) = (own_from_m - other_from_m, own_to_m - other_to_m);
         let nearest_m = nearest_radius_m(&from_m, &to_m);
-        let mut meeting = Meeting::default();
+        let mut meeting = LegInteraction::default();
         let gap_m = self.gap_m(first, second);
         if nearest_m < gap_m {
             meeting.bodies = nearest_square(&from_m, &to_m).sqrt() < gap_m;
@@ -604,7 +613,7 @@ impl Fleet {
                 self.add_wake(first, second, &-from_m, &-to_m, &mut meeting, false);
             }
         }
-        (meeting != Meeting::default()).then_some(meeting)
+        (meeting != LegInteraction::default()).then_some(meeting)
     }
 
     /// [`Fleet::meet`] of two drones, one of them up to `shift` ticks earlier or later than
@@ -615,7 +624,7 @@ impl Fleet {
         second: &Leg,
         ends: [f64; 2],
         shift: u32,
-    ) -> Option<Meeting> {
+    ) -> Option<LegInteraction> {
         let gap_m = self.gap_m(first, second);
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
         let far_m = reach_m.max(gap_m);
@@ -632,7 +641,7 @@ impl Fleet {
             return None;
         }
         let planned = self.meet_as_planned(first, second, ends);
-        let mut meeting = Meeting {
+        let mut meeting = LegInteraction {
             bodies: planned.is_some_and(|it| it.bodies)
                 || nearest_m < gap_m && region.delays_near(gap_m).is_some(),
             load_on_first: 0,
@@ -643,19 +652,19 @@ impl Fleet {
             let [highest_m, lowest_m] = [f64::max, f64::min].map(|most: fn(f64, f64) -> f64| {
                 [first, second].map(|leg| most(leg.from_m.z, leg.to_m.z))
             });
-            let astray_m = 2.0 * self.conditions.astray_m;
-            if highest_m[0] >= ends[1] - 1e-6 && highest_m[1] + astray_m > lowest_m[0] {
+            let relative_deviation_m = 2.0 * self.conditions.path_deviation_m;
+            if highest_m[0] >= ends[1] - 1e-6 && highest_m[1] + relative_deviation_m > lowest_m[0] {
                 let (column, load) = self.shifted_wake(second, first, shift);
                 meeting.column |= column;
                 meeting.load_on_first = load;
             }
-            if highest_m[1] >= ends[0] - 1e-6 && highest_m[0] + astray_m > lowest_m[1] {
+            if highest_m[1] >= ends[0] - 1e-6 && highest_m[0] + relative_deviation_m > lowest_m[1] {
                 let (column, load) = self.shifted_wake(first, second, shift);
                 meeting.column |= column;
                 meeting.load_on_second = load;
             }
         }
-        (meeting != Meeting::default()).then_some(meeting)
+        (meeting != LegInteraction::default()).then_some(meeting)
     }
 
     /// Whether the receiver may be in the emitter's column, and a bound on its budget that the wake
@@ -696,11 +705,11 @@ impl Fleet {
     /// touch, in a column, or where one wake alone fills more than a share of the other's budget at
     /// its air limit: one share quasi-static, another at any convective delay. Kinds with air
     /// limits.
-    pub fn keep_out(
+    pub fn conflict_volume(
         &self,
         [first, second]: [(KindId, f64); 2],
         [share, advected_share]: [f64; 2],
-    ) -> KeepOut {
+    ) -> ConflictVolume {
         let body_m = self.kind(first.0).body_radius_m + self.kind(second.0).body_radius_m;
         let below = |emitter: KindId, receiver: (KindId, f64)| {
             if !self.conditions.wakes {
@@ -709,14 +718,14 @@ impl Fleet {
             let envelope = self.envelope(emitter.index(), receiver.0.index());
             let above = |share: f64, is_quasi_static: bool| {
                 let sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
-                sections.into_iter().map(move |section| Hung {
+                sections.into_iter().map(move |section| WakeSection {
                     section,
                     is_quasi_static,
                     is_above: false,
                 })
             };
             let late = self.is_advected().then(|| above(advected_share, false));
-            let column = Hung {
+            let column = WakeSection {
                 section: self.columns[emitter.index()],
                 is_quasi_static: true,
                 is_above: false,
@@ -726,7 +735,7 @@ impl Fleet {
                 .chain([column])
                 .collect()
         };
-        KeepOut::new(
+        ConflictVolume::new(
             body_m + self.conditions.gaps_m[2],
             &below(second.0, first),
             &below(first.0, second),
@@ -752,17 +761,17 @@ impl Fleet {
         receiver: &Leg,
         from_m: &Vector3<f64>,
         to_m: &Vector3<f64>,
-        meeting: &mut Meeting,
+        meeting: &mut LegInteraction,
         onto_first: bool,
     ) {
         let envelope = self.envelope(emitter.kind.index(), receiver.kind.index());
         meeting.column |= self.columns[emitter.kind.index()].is_entered(from_m, to_m);
-        let met = envelope.along(from_m, to_m);
-        if met.peak_square == 0.0 {
+        let exposure = envelope.along(from_m, to_m);
+        if exposure.peak_square == 0.0 {
             return;
         }
-        let load = self.load_of(emitter, receiver, met.peak_square);
-        let alpha = met.mean * self.velocity_ratio(emitter.kind, receiver.kind);
+        let load = self.load_of(emitter, receiver, exposure.peak_square);
+        let alpha = exposure.mean * self.velocity_ratio(emitter.kind, receiver.kind);
         if onto_first {
             (meeting.load_on_first, meeting.alpha_first) = (load, alpha);
         } else {
@@ -779,25 +788,26 @@ impl Fleet {
 
     /// An emitter's induced velocity at hover over that in which a receiver's limit is stated.
     pub(super) fn velocity_ratio(&self, emitter: KindId, receiver: KindId) -> f64 {
-        self.wake(emitter).induced_velocity_mps() / self.measure_mps(receiver)
+        self.wake(emitter).induced_velocity_mps() / self.reference_velocity_mps(receiver)
     }
 
     /// What recirculation leaves of a receiver's limit of air.
     pub(super) fn limit_left(&self, receiver: KindId, air_limit: f64) -> f64 {
-        let recirculated = self.conditions.flown.return_flow_mps / self.measure_mps(receiver);
-        left(air_limit, recirculated)
+        let recirculated =
+            self.conditions.flown.return_flow_mps / self.reference_velocity_mps(receiver);
+        limit_after_recirculation(air_limit, recirculated)
     }
 
     /// From this horizontal distance on, two drones of these kinds load one another so little that
     /// a bound by distance will do (m).
-    pub(crate) fn tight_m(&self, one: KindId, other: KindId) -> f64 {
-        self.far_loads.tight_m[self.pair(one, other)]
+    pub(crate) fn exact_within_m(&self, one: KindId, other: KindId) -> f64 {
+        self.far_loads.exact_within_m[self.pair(one, other)]
     }
 
     /// The largest of these distances in the fleet (m): beyond it no drone alone forbids another
     /// anything.
-    pub fn near_m(&self) -> f64 {
-        self.far_loads.near_m
+    pub fn pairwise_within_m(&self) -> f64 {
+        self.far_loads.pairwise_within_m
     }
 
     /// Beyond this horizontal distance the wake of this kind counts as still air to every kind (m).

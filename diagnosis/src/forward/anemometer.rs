@@ -73,7 +73,7 @@ impl Looked {
     /// Looks around from all moments that some rows ask for.
     #[must_use]
     pub fn of(flow: &Flow, probes: &Probes, rows: &[usize]) -> Looked {
-        let declared = Seen::of(flow, Course::new(probes, rows, Late::default()), true);
+        let declared = Seen::of(flow, ProbeCourse::new(probes, rows, Late::default()), true);
         Looked {
             declared: Arc::new(declared),
             supposed: Mutex::default(),
@@ -93,7 +93,7 @@ impl Looked {
         if !leans && let Some(seen) = supposed().iter().find(is_it) {
             return seen.clone();
         }
-        let course = Course::new(probes, rows, late);
+        let course = ProbeCourse::new(probes, rows, late);
         if leans || course.moments.len() * view.emitters() > MOST_SIGHTINGS {
             return Arc::new(Seen::unseen(course));
         }
@@ -111,14 +111,14 @@ impl Looked {
 /// vehicle with a wake.
 #[derive(Debug)]
 struct Seen {
-    course: Course,
+    course: ProbeCourse,
     view: View,
     /// Empty where each simulation looks for itself.
     sightings: Vec<Sighting>,
 }
 
 impl Seen {
-    fn of(flow: &Flow, course: Course, leans: bool) -> Seen {
+    fn of(flow: &Flow, course: ProbeCourse, leans: bool) -> Seen {
         let view = flow.view();
         let mut sightings = Vec::with_capacity(course.moments.len() * view.emitters());
         for moment in &course.moments {
@@ -131,7 +131,7 @@ impl Seen {
         }
     }
 
-    fn unseen(course: Course) -> Seen {
+    fn unseen(course: ProbeCourse) -> Seen {
         Seen {
             course,
             view: View::default(),
@@ -163,11 +163,11 @@ pub fn readings_mps(
     };
     let seen = match looked {
         Some(looked) => looked.by(flow, (probes, rows), late),
-        None => Arc::new(Seen::unseen(Course::new(probes, rows, late))),
+        None => Arc::new(Seen::unseen(ProbeCourse::new(probes, rows, late))),
     };
     let course = &seen.course;
     let steady = |index: usize| {
-        let Moment { t_s, point_m, .. } = course.moments[index];
+        let ProbeMoment { t_s, point_m, .. } = course.moments[index];
         match seen.from(index) {
             Some(seen) => {
                 let velocity_mps = flow.velocity_seen_mps(t_s, point_m, seen)?;
@@ -225,19 +225,19 @@ struct Late {
 
 /// The moments at which readings through the low-passes ask for the air.
 #[derive(Clone, Debug)]
-struct Course {
+struct ProbeCourse {
     /// Time constant as declared (s).
     tau_s: f64,
     late: Late,
     /// In the order of time.
-    moments: Vec<Moment>,
+    moments: Vec<ProbeMoment>,
     /// Of each row, how many moments there are up to its own, the last of them.
     ends: Vec<usize>,
 }
 
 /// A moment on the way of a probe.
 #[derive(Clone, Copy, Debug)]
-struct Moment {
+struct ProbeMoment {
     t_s: f64,
     point_m: Point3<f64>,
     /// What is left of what was held the moment before; `None` where that is forgotten.
@@ -270,7 +270,7 @@ impl LowPass {
     }
 }
 
-impl Moment {
+impl ProbeMoment {
     /// What is held when the air is this, after what was.
     fn lags(&self, before: Option<Held>, steady_mps: f64) -> Held {
         let Some(([declared, own], before)) = self.low_passes.zip(before) else {
@@ -288,13 +288,13 @@ impl Moment {
     }
 }
 
-impl Course {
+impl ProbeCourse {
     /// Of some rows, which come in the order of time.
     ///
     /// What air of an age `a` weighs in a reading falls as e^(-a/τ), and what a step of length `h`
     /// leaves out grows as h²: steps that lengthen as e^(a/2τ) leave out as much each.
-    fn new(probes: &Probes, rows: &[usize], late: Late) -> Course {
-        let mut course = Course {
+    fn new(probes: &Probes, rows: &[usize], late: Late) -> ProbeCourse {
+        let mut course = ProbeCourse {
             tau_s: probes.instrument.lowpass_tau_s,
             late,
             moments: Vec::with_capacity(rows.len()),
@@ -309,7 +309,7 @@ impl Course {
             };
             match before.filter(|_| !course.is_prompt()) {
                 Some(from) => course.add(&from, &sample),
-                None => course.moments.push(Moment {
+                None => course.moments.push(ProbeMoment {
                     t_s: sample.t_s,
                     point_m: sample.position_m,
                     low_passes: None,
@@ -342,7 +342,7 @@ impl Course {
                 0.0 => 0.0,
                 _ => age_s / whole_s,
             };
-            self.moments.push(Moment {
+            self.moments.push(ProbeMoment {
                 t_s: sample.t_s - age_s,
                 point_m: sample.position_m + (from.position_m - sample.position_m) * along,
                 low_passes,

@@ -103,7 +103,7 @@ pub fn offsets(
     let all = std::slice::from_ref(recording);
     let traces = Trace::of_all(all, &[0], BESIDE_M, low_pass);
     let force = |trace| Force::of(recording, trace, *maps.get(trace.vehicle)?, low_pass);
-    let search = Search {
+    let search = ClockSearch {
         recording,
         forces: traces.iter().filter_map(force).collect(),
         unknown: &unknown,
@@ -135,7 +135,7 @@ struct ClockIteration {
     gains: Vec<f64>,
 }
 
-struct Search<'a> {
+struct ClockSearch<'a> {
     recording: &'a Recording,
     /// Of the vehicles whose thrust map is known.
     forces: Vec<Force<'a>>,
@@ -143,7 +143,7 @@ struct Search<'a> {
     unknown: &'a [(usize, f64)],
 }
 
-impl Search<'_> {
+impl ClockSearch<'_> {
     /// Simulated force of each receiver (N) with the clocks so far off.
     fn simulated_n(&self, offsets_s: &[f64]) -> Vec<Vec<f64>> {
         let mut flow = Flow::new(self.recording);

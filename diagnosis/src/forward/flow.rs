@@ -23,7 +23,7 @@ const DELAY_ITERATIONS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct Flow<'a> {
     recording: &'a Recording,
-    emitters: Vec<Emitter<'a>>,
+    emitters: Vec<TrackedEmitter<'a>>,
     effects: Effects,
     /// Speed of the air that carries the wake down over that of the centreline; `None`: at once.
     convection: Option<f64>,
@@ -39,7 +39,7 @@ pub struct Flow<'a> {
 
 /// A vehicle with a wake.
 #[derive(Clone, Debug)]
-struct Emitter<'a> {
+struct TrackedEmitter<'a> {
     vehicle: usize,
     wake: Wake,
     track: &'a Track,
@@ -264,7 +264,7 @@ impl<'a> Flow<'a> {
         hypothesis: &Hypothesis,
     ) -> Flow<'a> {
         let emitter = |(vehicle, of): (usize, &'a Vehicle)| {
-            Some(Emitter {
+            Some(TrackedEmitter {
                 vehicle,
                 wake: wakes.of(at, vehicle)?.clone(),
                 track: &of.track,
@@ -273,8 +273,8 @@ impl<'a> Flow<'a> {
             })
         };
         let vehicles = recording.vehicles.iter().enumerate();
-        let emitters: Vec<Emitter> = vehicles.filter_map(emitter).collect();
-        let took_off = |emitter: &Emitter| emitter.track.t_s.first().copied();
+        let emitters: Vec<TrackedEmitter> = vehicles.filter_map(emitter).collect();
+        let took_off = |emitter: &TrackedEmitter| emitter.track.t_s.first().copied();
         let began_s = emitters.iter().filter_map(took_off);
         let declared = match recording.baseline.delay {
             Delay::None => None,
@@ -405,7 +405,7 @@ impl<'a> Flow<'a> {
         &'f self,
         t_s: f64,
         point_m: Point3<f64>,
-        sighted: impl Iterator<Item = (&'f Emitter<'a>, impl Borrow<Sighting>)>,
+        sighted: impl Iterator<Item = (&'f TrackedEmitter<'a>, impl Borrow<Sighting>)>,
     ) -> Option<Vector3<f64>>
     where
         'a: 'f,
@@ -414,7 +414,7 @@ impl<'a> Flow<'a> {
         let below_floor = point_m.z < floor_z_m - airflow::HEIGHT_TOLERANCE_M;
         let mut horizontal_mps = Vector3::zeros();
         let mut gathered = 0.0;
-        for (Emitter { wake, .. }, sighting) in sighted {
+        for (TrackedEmitter { wake, .. }, sighting) in sighted {
             let (offset_m, at) = match sighting.borrow() {
                 Sighting::Unknown => return None,
                 Sighting::Idle => continue,
@@ -530,7 +530,7 @@ impl<'a> Flow<'a> {
         t_s: f64,
         point_m: Point3<f64>,
         counts: impl Fn(usize) -> bool,
-    ) -> impl Iterator<Item = (&Emitter<'a>, Sighting)> {
+    ) -> impl Iterator<Item = (&TrackedEmitter<'a>, Sighting)> {
         let leans = self.effects.wake_lean.is_some();
         let counted = self.emitters.iter();
         counted
@@ -539,7 +539,7 @@ impl<'a> Flow<'a> {
     }
 
     /// An emitter's wake as it is seen; nothing where its rotors are idle.
-    fn arrival<'f>(emitter: &'f Emitter, seen: Sighting) -> Option<Option<Arrival<'f>>> {
+    fn arrival<'f>(emitter: &'f TrackedEmitter, seen: Sighting) -> Option<Option<Arrival<'f>>> {
         match seen {
             Sighting::Unknown => Some(None),
             Sighting::Idle => None,
@@ -556,7 +556,7 @@ impl<'a> Flow<'a> {
     /// wake `leans`.
     fn sighting(
         &self,
-        emitter: &Emitter,
+        emitter: &TrackedEmitter,
         leans: bool,
         (t_s, point_m): (f64, Point3<f64>),
     ) -> Sighting {
@@ -606,7 +606,8 @@ impl<'a> Flow<'a> {
     #[must_use]
     pub fn view(&self) -> View {
         let is_carried = self.convection.is_some();
-        let emitter = |of: &Emitter| (of.clock_s, is_carried.then_some(*of.wake.far_field()));
+        let emitter =
+            |of: &TrackedEmitter| (of.clock_s, is_carried.then_some(*of.wake.far_field()));
         View {
             convection: self.convection,
             emitters: self.emitters.iter().map(emitter).collect(),
@@ -616,7 +617,7 @@ impl<'a> Flow<'a> {
     /// When the air at a point left a drone; `None`: its place is not known then.
     fn moment_of(
         &self,
-        emitter: &Emitter,
+        emitter: &TrackedEmitter,
         convection: Option<f64>,
         t_s: f64,
         point_m: Point3<f64>,

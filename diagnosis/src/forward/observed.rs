@@ -119,12 +119,12 @@ pub struct Observed<'a> {
     wakes: Wakes,
     series: Vec<Series>,
     /// What was simulated of these samples last.
-    kept: Arc<Mutex<Kept>>,
+    kept: Arc<Mutex<SimulatedCache>>,
 }
 
 /// What was simulated, the newest last: fits come back to where they began, and what only the
 /// instrument makes of the air needs no other air.
-type Kept = VecDeque<(HypothesisAir, Arc<Vec<Option<f64>>>)>;
+type SimulatedCache = VecDeque<(HypothesisAir, Arc<Vec<Option<f64>>>)>;
 
 /// What of a hypothesis tells values before gain, offset, drift and saturation.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -257,7 +257,7 @@ pub(crate) fn attempt(
 /// but certain that something is there, a faint gain is enough to say what it may be.
 #[must_use]
 pub fn select(setting: &Setting, tried: Singles, p: f64) -> Selection {
-    let mut search = Search {
+    let mut search = ModelSearch {
         setting,
         tried: &tried,
         pairs: Vec::new(),
@@ -301,13 +301,13 @@ fn enough(gain: &Gain, p: f64) -> bool {
 }
 
 /// Everything that was tried.
-struct Search<'a> {
+struct ModelSearch<'a> {
     setting: &'a Setting<'a>,
     tried: &'a Singles,
     pairs: Vec<Tried>,
 }
 
-impl Search<'_> {
+impl ModelSearch<'_> {
     /// What is taken, and the runner-up.
     fn choice(&self, best: &Tried, p: f64) -> Option<(Tried, Option<(usize, Gain)>)> {
         let candidates = self.setting.candidates;

@@ -55,7 +55,7 @@ const WORTH_OVERLAP: f64 = 0.03;
 const FLIPS: usize = 199;
 
 /// Neighbouring parts of one coordinate.
-type Run = Range<usize>;
+type NeighbouringParts = Range<usize>;
 
 /// Coordinates by parts.
 struct ScanGrid<'a> {
@@ -82,14 +82,14 @@ impl<'a> ScanGrid<'a> {
     }
 
     /// All runs of parts of a coordinate but the whole.
-    fn runs(&self, coordinate: usize) -> impl Iterator<Item = Run> + use<> {
+    fn runs(&self, coordinate: usize) -> impl Iterator<Item = NeighbouringParts> + use<> {
         let parts = self.counts[coordinate];
         (0..parts)
             .flat_map(move |first| (first + 1..=parts).map(move |end| first..end))
             .filter(move |run| run.len() < parts)
     }
 
-    fn holds(&self, coordinate: usize, run: &Run, sample: usize) -> bool {
+    fn holds(&self, coordinate: usize, run: &NeighbouringParts, sample: usize) -> bool {
         self.parts[coordinate][sample].is_some_and(|part| run.contains(&part))
     }
 
@@ -124,8 +124,8 @@ impl<'a> ScanGrid<'a> {
         inside: &[usize],
         value: impl Fn(usize) -> f64,
         score: impl Fn(f64, usize) -> Option<f64>,
-    ) -> Option<(f64, usize, Run)> {
-        let mut best: Option<(f64, usize, Run)> = None;
+    ) -> Option<(f64, usize, NeighbouringParts)> {
+        let mut best: Option<(f64, usize, NeighbouringParts)> = None;
         for coordinate in coordinates {
             let sums = self.sums(coordinate, inside, &value);
             for run in self.runs(coordinate) {
@@ -141,8 +141,8 @@ impl<'a> ScanGrid<'a> {
     }
 
     /// Each run's ends, at the outermost samples it holds.
-    fn intervals(&self, runs: &[(usize, Run)]) -> Vec<Interval> {
-        let interval = |(coordinate, run): &(usize, Run)| {
+    fn intervals(&self, runs: &[(usize, NeighbouringParts)]) -> Vec<Interval> {
+        let interval = |(coordinate, run): &(usize, NeighbouringParts)| {
             let values = self.coordinates[*coordinate].iter().enumerate();
             let held = values.filter(|(i, _)| self.holds(*coordinate, run, *i));
             let held = held.map(|(_, value)| *value);
@@ -191,8 +191,8 @@ pub fn scan(
 }
 
 /// The best box, one coordinate after the other, the samples in it, and its z.
-fn search(grid: &ScanGrid, white: &[f64]) -> (Vec<(usize, Run)>, Vec<usize>, f64) {
-    let mut runs: Vec<(usize, Run)> = Vec::new();
+fn search(grid: &ScanGrid, white: &[f64]) -> (Vec<(usize, NeighbouringParts)>, Vec<usize>, f64) {
+    let mut runs: Vec<(usize, NeighbouringParts)> = Vec::new();
     let mut z_of_box = 0.0f64;
     let mut inside: Vec<usize> = (0..white.len()).collect();
     while runs.len() < MOST_INTERVALS {

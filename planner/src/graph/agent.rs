@@ -27,14 +27,14 @@ pub(crate) struct Agent {
     pub(crate) grounded: bool,
     /// It leaves the ground no earlier than then.
     pub(crate) takes_off: Tick,
-    /// Drones in whose air it departs, which it must fly out of; see [`Agent::forgives`].
-    pub(crate) forgiven: Vec<DroneId>,
+    /// Drones in whose air it departs, which it must fly out of; see [`Agent::tolerates`].
+    pub(crate) tolerated_drones: Vec<DroneId>,
     /// How long after it departs it may take for that, at first.
-    pub(crate) forgiven_ticks: u32,
+    pub(crate) tolerance_ticks: u32,
     /// It comes, or is told to do something else, and could stay where it is.
     pub(crate) is_sent: bool,
-    /// It stops in conflict with those it forgives if it does not fly out.
-    pub(crate) is_caught: bool,
+    /// It stops in conflict with those it tolerates if it does not fly out.
+    pub(crate) is_stopped_in_conflict: bool,
     /// Its tasks in order.
     pub(crate) waypoints: Vec<Waypoint>,
     /// What flies towards each task, and after the last.
@@ -49,9 +49,9 @@ pub(crate) struct Agent {
     pub(crate) air_limit: f64,
     /// Ticks to the end of its last dwell with no other drone there, its wake kept out of the
     /// zones; [`UNREACHABLE`] if there is no path.
-    pub(crate) alone_ticks: u32,
+    pub(crate) lower_bound_ticks: u32,
     /// Length of that path (m).
-    pub(crate) alone_m: f64,
+    pub(crate) lower_bound_m: f64,
 }
 
 /// A task on the roadmap.
@@ -171,9 +171,9 @@ impl Ending {
 
 /// How long after it departs a drone may take at most to get clear of those that it is near then:
 /// chosen here, 2 s, two to four cells.
-pub(crate) const FORGIVEN_TICKS: u32 = 200;
+pub(crate) const TOLERANCE_TICKS: u32 = 200;
 /// How long it may take at first: chosen here, a quarter of that.
-pub(crate) const FIRST_FORGIVEN_TICKS: u32 = 50;
+pub(crate) const FIRST_TOLERANCE_TICKS: u32 = 50;
 
 /// A drone that waits on the ground for an appointment is there so long before it, if it flies
 /// alone: chosen here, 3 s to avoid others, or to be late, in.
@@ -184,19 +184,20 @@ const EARLY_PART: u32 = 4;
 impl Agent {
     /// Whether a leg from `departs` on may conflict with a drone because it did before: body to
     /// body only where they would stay so.
-    pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
-        (blocker.why != Why::Bodies || self.is_caught) && self.may_forgive(blocker.drone, departs)
+    pub(crate) fn tolerates(&self, blocker: &Blocker, departs: Tick) -> bool {
+        (blocker.why != Why::Bodies || self.is_stopped_in_conflict)
+            && self.may_tolerate(blocker.drone, departs)
     }
 
-    /// Whether it forgives conflicts of some kind with a drone, of a leg from `departs` on.
-    pub(crate) fn may_forgive(&self, drone: DroneId, departs: Tick) -> bool {
-        departs < self.departs.after(self.forgiven_ticks) && self.forgiven.contains(&drone)
+    /// Whether it tolerates conflicts of some kind with a drone, of a leg from `departs` on.
+    pub(crate) fn may_tolerate(&self, drone: DroneId, departs: Tick) -> bool {
+        departs < self.departs.after(self.tolerance_ticks) && self.tolerated_drones.contains(&drone)
     }
 
     /// A departure from which on it could keep out of what others fly already: it is sent there, or
     /// is long enough under way. `None`: it may conflict with them however it goes on.
     pub(crate) fn free_departure(&self, departs: Tick) -> Option<Tick> {
-        let is_free = self.is_sent || departs >= self.departs.after(FORGIVEN_TICKS);
+        let is_free = self.is_sent || departs >= self.departs.after(TOLERANCE_TICKS);
         is_free.then_some(departs)
     }
 
@@ -314,7 +315,8 @@ impl Agent {
     pub(crate) fn reaches(&self, roadmap: &Roadmap, waypoint: usize) -> Tick {
         let goal = self.waypoints[waypoint].distances.goal();
         let left = self.remaining(roadmap, waypoint, goal);
-        self.departs.after(self.alone_ticks.saturating_sub(left))
+        self.departs
+            .after(self.lower_bound_ticks.saturating_sub(left))
     }
 
     /// When its last dwell ends at the earliest, by the moments until which it has to stay at this
@@ -393,7 +395,7 @@ impl Agent {
     }
 
     /// Holds it to no arrival that it cannot keep any more, with no other drone there.
-    pub(crate) fn let_off_what_is_missed(&mut self, roadmap: &Roadmap) {
+    pub(crate) fn drop_missed_deadlines(&mut self, roadmap: &Roadmap) {
         // It begins to move, and comes to rest, at every task.
         let rests = 2 * self.lead_ticks();
         let least = |_, _, ticks: u32| ticks.saturating_add(rests);
@@ -443,17 +445,17 @@ impl Agent {
     }
 
     /// Works out how long its path is with no other drone there, in time and in metres.
-    pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
-        self.alone_ticks = self.remaining(roadmap, 0, self.start);
+    pub(crate) fn find_lower_bound(&mut self, roadmap: &Roadmap) {
+        self.lower_bound_ticks = self.remaining(roadmap, 0, self.start);
         let moves = |first: &Waypoint| first.distances.goal() != self.start;
         if self.waypoints.first().is_some_and(moves) && self.begun.is_empty() {
-            self.alone_ticks = add(self.alone_ticks, self.lead_ticks());
+            self.lower_bound_ticks = add(self.lower_bound_ticks, self.lead_ticks());
         }
         let held = self.ends_from(0).0.saturating_sub(self.departs.0);
-        self.alone_ticks = self.alone_ticks.max(held);
+        self.lower_bound_ticks = self.lower_bound_ticks.max(held);
         let starts = std::iter::once(self.start).chain(self.goals());
         let legs = starts.zip(&self.waypoints);
-        self.alone_m = legs
+        self.lower_bound_m = legs
             .map(|(from, waypoint)| waypoint.distances.length_m(roadmap, from))
             .sum();
         self.forget();

@@ -53,11 +53,11 @@ pub(crate) enum Passage {
 pub(crate) struct Passages {
     /// Of the world.
     pub(crate) solids: Solids,
-    known: RefCell<Vec<(Asked, Passage)>>,
+    known: RefCell<Vec<(PassageKey, Passage)>>,
 }
 
 /// Bounds, radius (m) and ends (m) of a passage.
-type Asked = (Bounds, f64, [Point3<f64>; 2]);
+type PassageKey = (Bounds, f64, [Point3<f64>; 2]);
 
 impl Passages {
     /// None is known yet.
@@ -75,14 +75,14 @@ impl Passages {
         radius_m: f64,
         ends_m: [Point3<f64>; 2],
     ) -> Passage {
-        let asked = (*bounds_m, radius_m, ends_m);
+        let key = (*bounds_m, radius_m, ends_m);
         let known = self.known.borrow();
-        if let Some((_, passage)) = known.iter().find(|(other, _)| *other == asked) {
+        if let Some((_, passage)) = known.iter().find(|(other, _)| *other == key) {
             return passage.clone();
         }
         drop(known);
         let found = passage(bounds_m, &self.solids, radius_m, ends_m);
-        self.known.borrow_mut().push((asked, found.clone()));
+        self.known.borrow_mut().push((key, found.clone()));
         found
     }
 }
@@ -99,7 +99,7 @@ enum Room {
 
 /// A box of places that the ball's centre may be at.
 #[derive(Clone, Copy, Debug)]
-struct Cell {
+struct PlaceBox {
     low_m: Vector3<f64>,
     high_m: Vector3<f64>,
     room: Room,
@@ -160,7 +160,7 @@ pub(crate) fn passage(
 struct Space<'a> {
     solids: &'a Solids,
     radius_m: f64,
-    cells: Vec<Cell>,
+    cells: Vec<PlaceBox>,
 }
 
 impl Space<'_> {
@@ -177,7 +177,7 @@ impl Space<'_> {
             _ if self.is_closed([low_m, high_m], MOST_HALVINGS) => Room::Closed,
             _ => Room::Mixed,
         };
-        self.cells.push(Cell {
+        self.cells.push(PlaceBox {
             low_m,
             high_m,
             room,
@@ -215,14 +215,14 @@ impl Space<'_> {
 
     /// The longest side of a box (m).
     fn size_m(&self, cell: usize) -> f64 {
-        let Cell { low_m, high_m, .. } = self.cells[cell];
+        let PlaceBox { low_m, high_m, .. } = self.cells[cell];
         (high_m - low_m).max()
     }
 
     /// Halves a box on the side on which the distance changes most; `false` where it is too small
     /// for that.
     fn split(&mut self, cell: usize) -> bool {
-        let Cell { low_m, high_m, .. } = self.cells[cell];
+        let PlaceBox { low_m, high_m, .. } = self.cells[cell];
         let size_m = high_m - low_m;
         let middle_m = 0.5 * (low_m + high_m);
         let here_m = self.distance_m(middle_m);
@@ -365,7 +365,7 @@ impl Space<'_> {
 
     /// From the middle of a box to that of another, in whole micrometres.
     fn cost(&self, from: usize, to: usize) -> u64 {
-        let middle_m = |cell: &Cell| 0.5 * (cell.low_m + cell.high_m);
+        let middle_m = |cell: &PlaceBox| 0.5 * (cell.low_m + cell.high_m);
         let (from, to) = (&self.cells[from], &self.cells[to]);
         let factor = if to.room == Room::Mixed {
             MIXED_FACTOR

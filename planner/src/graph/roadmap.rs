@@ -73,7 +73,7 @@ impl Roadmap {
     ) -> (Roadmap, Vec<Vertex>) {
         let points_m: Vec<Point3<f64>> = stops.iter().map(|stop| stop.point_m).collect();
         let lattice = Lattice::new(bounds, spacing, &points_m);
-        let radii_m = |it: &Stop| [it.radius_m, it.radius_m + it.swerve_m];
+        let radii_m = |it: &Stop| [it.radius_m, it.radius_m + it.corner_deviation_m];
         let mut radii_m: Vec<f64> = stops.iter().flat_map(radii_m).collect();
         radii_m.sort_by(f64::total_cmp);
         radii_m.dedup();
@@ -224,7 +224,7 @@ impl Roadmap {
         let stop = |point_m: Point3<f64>| Stop {
             point_m,
             radius_m: channel.radius_m,
-            swerve_m: 0.0,
+            corner_deviation_m: 0.0,
             lift_m: None,
         };
         let stops: Vec<Stop> = inner_m.into_iter().map(stop).collect();

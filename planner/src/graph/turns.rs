@@ -38,7 +38,7 @@ pub(crate) struct Smoothing {
     /// Highest acceleration (m/s²).
     most_mps2: f64,
     /// How far from a corner of the path it passes at most (m).
-    pub(crate) swerve_m: f64,
+    pub(crate) corner_deviation_m: f64,
     /// By heading on the lattice, the headings that may follow at once, as bits.
     follows: [u32; 26],
 }
@@ -51,7 +51,7 @@ pub(crate) fn lift_beyond_m(vehicle: &Vehicle, lift_mps: f64) -> f64 {
 }
 
 /// How far from a corner of its path a vehicle passes at most (m).
-pub(crate) fn swerve_m(vehicle: &Vehicle) -> f64 {
+pub(crate) fn corner_deviation_m(vehicle: &Vehicle) -> f64 {
     let kernel = kernel(vehicle);
     kernel.deviation_m(vehicle.max_acceleration_mps2 * kernel.first_s())
 }
@@ -70,7 +70,7 @@ impl Smoothing {
         let mut smoothing = Smoothing {
             kernel: kernel(vehicle),
             most_mps2: vehicle.max_acceleration_mps2,
-            swerve_m: swerve_m(vehicle),
+            corner_deviation_m: corner_deviation_m(vehicle),
             follows: [0; 26],
         };
         let velocity = |n: usize| {

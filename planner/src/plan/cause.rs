@@ -483,7 +483,7 @@ pub fn raised_together(of: &str, raised: &[(String, f64)], quotes: &str) -> Stri
 }
 
 /// A value and its limit, with so many decimals; with more where they read alike.
-pub fn told_apart(value: f64, limit: f64, decimals: usize) -> [String; 2] {
+pub fn format_distinct(value: f64, limit: f64, decimals: usize) -> [String; 2] {
     let told = |decimals: usize| [value, limit].map(|it| format!("{it:.decimals$}"));
     let mut finer = (decimals..MOST_DECIMALS).map(told);
     let apart = finer.find(|[value, limit]| value != limit);
@@ -612,7 +612,7 @@ impl fmt::Display for GoalConflict {
                 needs_m,
                 tracking_m,
             } => {
-                let [gap_m, needs_m] = told_apart(gap_m, needs_m, 2);
+                let [gap_m, needs_m] = format_distinct(gap_m, needs_m, 2);
                 write!(
                     f,
                     "{of} of `{drone}` is {gap_m} m from the body of {with}{when}, it needs {needs_m} m"
@@ -634,7 +634,7 @@ impl fmt::Display for GoalConflict {
                 limit,
                 enough,
             } => {
-                let [alpha, limit] = told_apart(alpha, limit, 2);
+                let [alpha, limit] = format_distinct(alpha, limit, 2);
                 write!(
                     f,
                     "{of} of `{drone}` is in the downwash of {with}{when}: {air_mps:.1} m/s, \
@@ -659,7 +659,7 @@ impl fmt::Display for GoalConflict {
                 limit_mps,
                 together,
             } => {
-                let [air_mps, limit_mps] = told_apart(air_mps, limit_mps, 1);
+                let [air_mps, limit_mps] = format_distinct(air_mps, limit_mps, 1);
                 let others = if together {
                     ", with that of others,"
                 } else {
@@ -731,7 +731,7 @@ impl fmt::Display for Exposure {
 
 #[cfg(test)]
 mod tests {
-    use super::{as_typed, told_apart};
+    use super::{as_typed, format_distinct};
 
     #[test]
     fn a_number_reads_as_it_was_typed() {
@@ -751,9 +751,9 @@ mod tests {
 
     #[test]
     fn what_is_too_much_never_reads_as_its_limit() {
-        assert_eq!(told_apart(1.52, 1.3, 1), ["1.5", "1.3"]);
-        assert_eq!(told_apart(0.849, 0.7897, 1), ["0.85", "0.79"]);
-        assert_eq!(told_apart(0.301, 0.3, 2), ["0.301", "0.300"]);
-        assert_eq!(told_apart(0.099998, 0.1, 2), ["0.099998", "0.100000"]);
+        assert_eq!(format_distinct(1.52, 1.3, 1), ["1.5", "1.3"]);
+        assert_eq!(format_distinct(0.849, 0.7897, 1), ["0.85", "0.79"]);
+        assert_eq!(format_distinct(0.301, 0.3, 2), ["0.301", "0.300"]);
+        assert_eq!(format_distinct(0.099998, 0.1, 2), ["0.099998", "0.100000"]);
     }
 }

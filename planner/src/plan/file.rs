@@ -54,7 +54,7 @@ impl PlanFile {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum NotAPlan {
     /// Not JSON, or fields that are missing, unknown or of another kind.
-    #[error("{}", told(.faults, (*line, *column)))]
+    #[error("{}", fault_lines(.faults, (*line, *column)))]
     Fields {
         /// The one at which it cannot be read, then others that are not as the schema says; at `.`:
         /// the whole.
@@ -152,7 +152,7 @@ pub struct AirframeClaims {
     /// As [`AirframeEntry::hover_induced_velocity_mps`].
     pub hover_induced_velocity_mps: Option<f64>,
     /// Keys that no preset fills in.
-    left_out: Vec<&'static str>,
+    omitted: Vec<&'static str>,
 }
 
 /// The results that a file states of the fleet.
@@ -244,7 +244,7 @@ fn unread(place: String, error: &serde_json::Error) -> FieldFault {
 }
 
 /// Fields at fault, a line each, the first with its line and column.
-fn told(faults: &[FieldFault], (line, column): (usize, usize)) -> String {
+fn fault_lines(faults: &[FieldFault], (line, column): (usize, usize)) -> String {
     let told = faults.iter().enumerate().map(|(k, it)| match k {
         0 => format!("`{}`: {} at line {line} column {column}", it.place, it.what),
         _ => format!("\n  `{}`: {}", it.place, it.what),
@@ -310,35 +310,35 @@ impl Plan {
     /// drones.
     fn complete(&mut self, claims: &Claims) -> Vec<(&'static str, usize)> {
         let mut filled: Vec<(&'static str, usize)> = Vec::new();
-        let mut told = |key: &'static str| match filled.iter_mut().find(|(known, _)| *known == key)
-        {
-            Some((_, drones)) => *drones += 1,
-            None => filled.push((key, 1)),
-        };
+        let mut note_filled =
+            |key: &'static str| match filled.iter_mut().find(|(known, _)| *known == key) {
+                Some((_, drones)) => *drones += 1,
+                None => filled.push((key, 1)),
+            };
         let density_kg_per_m3 = self.air.density_kg_per_m3;
         let is_limited = self.format == FORMAT;
         for (drone, stated) in self.drones.iter_mut().zip(&claims.drones) {
             let points = drone.trajectory.t_s.len();
             if drone.trajectory.mass_kg.is_empty() && points > 0 {
                 drone.trajectory.mass_kg = vec![drone.airframe.mass_kg; points];
-                told("mass_kg");
+                note_filled("mass_kg");
             }
             if drone.airborne_s == airborne_not_said() {
                 let is_unplanned = self.unplanned.iter().any(|it| it.name == drone.name);
                 drone.airborne_s = airborne_s(drone, is_unplanned);
-                told("airborne_s");
+                note_filled("airborne_s");
             }
             if stated.arrives_s.is_none() {
                 // A result, which no remark is made of; what reads a plan goes by it all the same.
                 drone.arrives_s = arrival_s(drone, None);
             }
             if stated.air_limit.is_none() {
-                told("air_limit");
+                note_filled("air_limit");
             }
             let is_limited = is_limited && !drone.trajectory.turns_at_once;
-            let left_out = stated.airframe.left_out.iter();
-            let left_out = left_out.filter(|key| is_limited || !LIMITS.contains(key));
-            left_out.for_each(|key| told(key));
+            let omitted = stated.airframe.omitted.iter();
+            let omitted = omitted.filter(|key| is_limited || !LIMITS.contains(key));
+            omitted.for_each(|key| note_filled(key));
             let airframe = drone.airframe.airframe().ok();
             let Some(airframe) = airframe.filter(|_| density_kg_per_m3 > 0.0) else {
                 continue;
@@ -505,7 +505,7 @@ fn airframe_claims<'de, D: Deserializer<'de>>(from: D) -> Result<AirframeClaims,
     let form = from.deserialize_any(OneOf)?;
     let is_preset = airflow::Airframe::preset(&form.name).is_some();
     let [climb, descent, acceleration, jerk] = LIMITS;
-    let left_out = [
+    let omitted = [
         ("propellers", form.propellers.is_none() && !is_preset),
         ("width_factor", form.width_factor.is_none() && !is_preset),
         ("body_radius_m", form.body_radius_m.is_none()),
@@ -515,10 +515,10 @@ fn airframe_claims<'de, D: Deserializer<'de>>(from: D) -> Result<AirframeClaims,
         (acceleration, form.max_acceleration_mps2.is_none()),
         (jerk, form.max_jerk_mps3.is_none()),
     ];
-    let left_out = left_out.into_iter().filter(|(_, is_left_out)| *is_left_out);
+    let omitted = omitted.into_iter().filter(|(_, is_omitted)| *is_omitted);
     Ok(AirframeClaims {
         hover_induced_velocity_mps: form.hover_induced_velocity_mps,
-        left_out: left_out.map(|(key, _)| key).collect(),
+        omitted: omitted.map(|(key, _)| key).collect(),
     })
 }
 

@@ -41,7 +41,7 @@ pub struct Kernel {
 }
 
 /// A change of velocity.
-struct Change {
+struct VelocityChange {
     at_s: f64,
     by_mps: Vector3<f64>,
 }
@@ -135,10 +135,10 @@ impl Kernel {
 
     /// The times between which what is flown is one polynomial, those at which the mass changes and
     /// the last of the path included (s).
-    fn cuts_s(&self, path: &TrajectoryEntry, changes: &[Change], last_s: f64) -> Vec<f64> {
+    fn cuts_s(&self, path: &TrajectoryEntry, changes: &[VelocityChange], last_s: f64) -> Vec<f64> {
         let (outer_s, inner_s) = (self.half_s(), 0.5 * (self.first_s - self.second_s));
         let of_change =
-            |it: &Change| [-outer_s, -inner_s, inner_s, outer_s].map(|by_s| it.at_s + by_s);
+            |it: &VelocityChange| [-outer_s, -inner_s, inner_s, outer_s].map(|by_s| it.at_s + by_s);
         let turns = |at_s: &f64| {
             changes
                 .iter()
@@ -159,7 +159,7 @@ impl Kernel {
     }
 
     /// The changes of velocity that are felt at a time (s).
-    fn under_way<'c>(&self, changes: &'c [Change], t_s: f64) -> &'c [Change] {
+    fn under_way<'c>(&self, changes: &'c [VelocityChange], t_s: f64) -> &'c [VelocityChange] {
         let half_s = self.half_s() - SAME_TIME_S;
         let first = changes.partition_point(|it| it.at_s + half_s <= t_s);
         let end = changes.partition_point(|it| it.at_s - half_s < t_s);
@@ -170,12 +170,12 @@ impl Kernel {
     fn at(
         &self,
         path: &TrajectoryEntry,
-        changes: &[Change],
+        changes: &[VelocityChange],
         t_s: f64,
     ) -> Option<(Point3<f64>, Vector3<f64>)> {
         let state = path.state(t_s)?;
         let (mut place_m, mut velocity_mps) = (state.position_m, state.velocity_mps);
-        for Change { at_s, by_mps } in self.under_way(changes, t_s) {
+        for VelocityChange { at_s, by_mps } in self.under_way(changes, t_s) {
             let [deviation_s, share] = self.response(t_s - at_s);
             place_m += by_mps * deviation_s;
             // The path has the whole change from its moment on.
@@ -194,7 +194,7 @@ impl Kernel {
         if !flown.is_smooth() {
             return Some(flown.clone());
         }
-        let mut changes: Vec<Change> = Vec::new();
+        let mut changes: Vec<VelocityChange> = Vec::new();
         for motion in (0..flown.t_s.len()).filter_map(|k| flown.motion(k)) {
             let middle_s = 0.5 * (motion.from_s + motion.until_s);
             let known_mps3: Vector3<f64> = (self.under_way(&changes, middle_s).iter())
@@ -202,7 +202,7 @@ impl Kernel {
                 .sum();
             let new_mps3 = motion.jerk_mps3() - known_mps3;
             if new_mps3.norm() > SAME_JERK_MPS3 {
-                changes.push(Change {
+                changes.push(VelocityChange {
                     at_s: motion.from_s + self.half_s(),
                     by_mps: new_mps3 * (self.first_s * self.second_s),
                 });
@@ -220,7 +220,7 @@ impl Kernel {
             let has_s = at_s + self.half_s() + ONE_POINT_S;
             let begun = flown.point_at(has_s).unwrap_or(0);
             let mut place_m = flown.position_m(at_s)?;
-            for Change { at_s: of_s, by_mps } in self.under_way(&changes, at_s) {
+            for VelocityChange { at_s: of_s, by_mps } in self.under_way(&changes, at_s) {
                 place_m -= by_mps * self.deviation_s(at_s - of_s);
             }
             path.t_s.push(at_s);
@@ -275,14 +275,14 @@ impl Kernel {
 
 /// The changes of velocity of a path of straight pieces, in order of time; before its first point
 /// and after its last it is at rest.
-fn changes(path: &TrajectoryEntry) -> Vec<Change> {
+fn changes(path: &TrajectoryEntry) -> Vec<VelocityChange> {
     let motions = (0..path.t_s.len()).filter_map(|k| path.motion(k));
     let mut velocity_mps = Vector3::zeros();
     let mut last_s = path.t_s.first().copied().unwrap_or(0.0);
     let mut changes = Vec::new();
     let mut push = |at_s: f64, by_mps: Vector3<f64>| {
         if by_mps.norm() > SAME_VELOCITY_MPS {
-            changes.push(Change { at_s, by_mps });
+            changes.push(VelocityChange { at_s, by_mps });
         }
     };
     for motion in motions {

@@ -240,7 +240,7 @@ pub(super) fn problems(
             (Change::Failed { lies_m, .. }, Some(index)) => {
                 let wreck = wreck_of(name, &world.drones);
                 let fault = name_fault(&wreck).map(|fault| WorldError::Name {
-                    whose: format!("the wreck of `{name}`"),
+                    owner: format!("the wreck of `{name}`"),
                     fault,
                 });
                 found.extend(fault.map(|fault| number(name, fault)));

@@ -24,12 +24,12 @@ use costmap::leg::DroneId;
 
 use crate::plan::DronePlan;
 use crate::plan::outcome::{Control, Failure, Outcome, Progress};
-use crate::replan::track::{astray_m, legs_of};
+use crate::replan::track::{legs_of, path_deviation_m};
 use crate::replan::{GivenError, given};
 use crate::scenario::world::World;
 use crate::solver::assemble::assemble;
 use crate::solver::explain::known_cause;
-use crate::solver::fleet::{Run, Solved, by_open_rules, told};
+use crate::solver::fleet::{FleetRun, Solved, by_open_rules, unplanned_of};
 use crate::solver::relaxed::weaker;
 use crate::verify::{judged, verify};
 
@@ -57,10 +57,10 @@ pub fn plan_region(
     }
     let all = joined(world, others)?;
     let own = world.drones.len();
-    let others_astray_m = (others.iter().zip(&all.drones[own..]))
-        .map(|(entry, drone)| astray_m(drone, entry))
+    let fixed_path_deviation_m = (others.iter().zip(&all.drones[own..]))
+        .map(|(entry, drone)| path_deviation_m(drone, entry))
         .fold(0.0, f64::max);
-    let solve = |run: &mut Run<'_>| {
+    let solve = |run: &mut FleetRun<'_>| {
         let fixed = others.iter().zip(&all.drones[own..]).enumerate();
         let fixed = fixed.map(|(index, (entry, drone))| {
             let id = DroneId((own + index) as u32);
@@ -69,7 +69,7 @@ pub fn plan_region(
             })
         });
         let fixed: Vec<_> = fixed.collect();
-        run.job.others_astray_m = others_astray_m;
+        run.job.fixed_path_deviation_m = fixed_path_deviation_m;
         let mut all = all.clone();
         (all.planning.motion, all.convection) = (run.world.planning.motion, run.world.convection);
         let costmap = run.job.costmap(&all, all.drones.len());
@@ -93,7 +93,7 @@ pub fn plan_region(
     let mut plan = assemble(run.world, &run.job, &paths);
     plan.drones.extend_from_slice(others);
     let report = verify(&plan);
-    let mut plan = judged(plan, report, told(&failures));
+    let mut plan = judged(plan, report, unplanned_of(&failures));
     let energy_j = plan.drones[..own].iter().map(|drone| drone.extra_energy_j);
     plan.fleet.extra_energy_j = energy_j.sum();
     Ok(run.answer(plan, failures, notes))
@@ -140,7 +140,7 @@ mod tests {
         tasks: [(to_m: (12.5, 4.5, 0.5))])"#;
 
     #[test]
-    fn a_fleet_told_of_others_keeps_out_of_their_wakes() {
+    fn a_fleet_that_knows_of_others_keeps_out_of_their_wakes() {
         let theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));
         let ours = read(OURS);
         let told = plan_region(&ours, &theirs.drones, &Control::QUIET).expect("readable");
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn who_meets_others_in_a_corridor_steps_aside_and_comes_back() {
+    fn a_drone_that_meets_others_in_a_corridor_steps_aside_and_returns() {
         let corridor = |drones: &str| {
             let text = format!(
                 r#"Scenario(name: "corridor", bounds_m: (min: (0, 0, 0), max: (20, 6, 3)), obstacles: [

@@ -46,9 +46,9 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use super::change::{self, Change, ChangeError};
-use super::track::{State, Track, astray_m, cut, legs_of};
+use super::track::{Track, TrackState, cut, legs_of, path_deviation_m};
 use super::{GivenError, given};
-use crate::graph::agent::{Agent, Ending, FIRST_FORGIVEN_TICKS, FORGIVEN_TICKS};
+use crate::graph::agent::{Agent, Ending, FIRST_TOLERANCE_TICKS, TOLERANCE_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::passage::Passages;
@@ -67,7 +67,7 @@ use crate::solver::assemble::{
     blank, fleet, rounded, stay_until_arrival, write_arrival, write_legs,
 };
 use crate::solver::explain::known_cause;
-use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
+use crate::solver::prepare::{AgentTasks, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, Paths, Repair};
 use crate::verify::{DroneExposure, Judgements, exposed, exposures, judged, verify_again};
 
@@ -183,7 +183,7 @@ impl Running {
                 planned,
                 is_fixed: false,
                 is_gone: false,
-                lingers: 0,
+                wake_persistence_ticks: 0,
             });
         }
         let drones = plan.drones.len();
@@ -246,7 +246,7 @@ impl Running {
         self.check(at_s, changes)?;
         let at = self.moment(at_s).map_err(|error| vec![error])?;
         self.known = at;
-        let (told, could_change) = take(self, at, changes, control);
+        let (replanned, could_change) = apply_and_replan(self, at, changes, control);
         (control.progress)(Progress::Verifying);
         self.judge();
         // Within a margin of both clocks what is judged is where a drone was before, too.
@@ -259,7 +259,7 @@ impl Running {
             let early_s = if is_with_margin { margin_s } else { 0.0 };
             let is_early = |it: &Released| violation.from_s - early_s < it.at.seconds();
             // With one that is gone only the other can move, if it has another path.
-            let has_none = |it: &Released| told.refused.iter().any(|out| out.name == it.drone);
+            let has_none = |it: &Released| replanned.refused.iter().any(|out| out.name == it.drone);
             let stays = |it: &Released| it.is_gone || is_early(it) || has_none(it);
             let is_any_gone = involved.iter().any(|it| it.is_gone);
             let is_too_late = match is_any_gone {
@@ -278,7 +278,7 @@ impl Running {
         Ok(Replanned {
             from_s: at.seconds(),
             unavoidable,
-            ..told
+            ..replanned
         })
     }
 
@@ -306,8 +306,8 @@ impl Running {
             |index| {
                 let state = self.tracks[index].state_without_tasks(roadmap, at);
                 match state {
-                    State::Flies { at_m, grounded, .. } => Some((at_m, grounded)),
-                    State::Absent | State::Ends => None,
+                    TrackState::Flies { at_m, grounded, .. } => Some((at_m, grounded)),
+                    TrackState::Absent | TrackState::Ends => None,
                 }
             },
             |index| self.tracks[index].is_fixed,
@@ -362,12 +362,12 @@ impl Running {
         let fits = self.fit();
         for entry in theirs {
             let index = self.index(&entry.name);
-            let mut turn = Turn {
+            let mut attempt = ReplanAttempt {
                 running: self,
                 at,
-                asked: BTreeMap::new(),
+                pending: BTreeMap::new(),
             };
-            turn.fix(index, entry, Cause::Fixed);
+            attempt.fix(index, entry, Cause::Fixed);
         }
         if self.has_outgrown(fits) {
             self.fill_costmap();
@@ -390,14 +390,14 @@ impl Running {
 
     /// For what the costmap is made: how many kinds, and how far off its legs others fly (m).
     fn fit(&self) -> (usize, f64) {
-        (self.job.kinds.len(), self.job.others_astray_m)
+        (self.job.kinds.len(), self.job.fixed_path_deviation_m)
     }
 
     /// Whether the costmap has to be made anew for what has come since.
-    fn has_outgrown(&self, (kinds, astray_m): (usize, f64)) -> bool {
+    fn has_outgrown(&self, (kinds, path_deviation_m): (usize, f64)) -> bool {
         let conditions = self.costmap.fleet().conditions();
         self.job.kinds.len() > kinds
-            || self.job.others_astray_m > astray_m
+            || self.job.fixed_path_deviation_m > path_deviation_m
             || self.tracks.len() > self.costmap.drone_count()
             || self.world.drones.iter().any(|drone| {
                 drone.air_limit < conditions.lowest_air_limit
@@ -449,7 +449,7 @@ impl Running {
             (self.plan.unplanned).retain(|one| names.contains(&one.name[..]));
             for (index, track) in self.tracks.iter_mut().enumerate() {
                 track.agent.drone = id(index);
-                track.agent.forgiven.clear();
+                track.agent.tolerated_drones.clear();
                 let begun = track.agent.begun.iter_mut();
                 for leg in track.legs.iter_mut().chain(begun) {
                     leg.drone = id(index);
@@ -459,8 +459,8 @@ impl Running {
         self.forget_kinds();
         let flown = self.world.drones.iter().zip(&self.plan.drones);
         let fixed = flown.zip(&self.tracks).filter(|(_, track)| track.is_fixed);
-        let astray_m = fixed.map(|((drone, entry), _)| astray_m(drone, entry));
-        self.job.others_astray_m = astray_m.fold(0.0, f64::max);
+        let path_deviation_m = fixed.map(|((drone, entry), _)| path_deviation_m(drone, entry));
+        self.job.fixed_path_deviation_m = path_deviation_m.fold(0.0, f64::max);
         self.fill_costmap();
         // What is told of it follows from what is left.
         self.judge();
@@ -541,7 +541,7 @@ fn filled(job: &mut Job, world: &World, tracks: &mut [Track], known: Tick) -> Co
     job.agents = tracks.iter().map(|it| it.agent.clone()).collect();
     let mut costmap = job.costmap(world, tracks.len() + SPARE_DRONES);
     for track in tracks {
-        track.lingers = costmap.lingers();
+        track.wake_persistence_ticks = costmap.wake_persistence_ticks();
         costmap.insert(track.flown_from(known));
     }
     costmap
@@ -636,7 +636,7 @@ struct Released {
 }
 
 /// What is remembered of a drone until its change is known to be possible.
-struct Asked {
+struct PendingChange {
     /// What the caller changed about it.
     cause: Cause,
     /// As it was, if it goes on with that when there is no path.
@@ -647,7 +647,7 @@ struct Asked {
 
 /// Applies the changes, which are in order, and plans the drones affected. A drone that comes and
 /// finds no path is not let in: the others are planned without it.
-fn take(
+fn apply_and_replan(
     running: &mut Running,
     at: Tick,
     changes: &[Change],
@@ -661,15 +661,15 @@ fn take(
             let Running { world, plan, .. } = &*running;
             (world.clone(), plan.clone(), running.tracks.clone())
         });
-        let turn = Turn {
+        let attempt = ReplanAttempt {
             running,
             at,
-            asked: BTreeMap::new(),
+            pending: BTreeMap::new(),
         };
-        match turn.plan(&changes, control) {
-            Ok((mut told, released)) => {
-                told.refused.extend(turned_away);
-                return (told, released);
+        match attempt.plan(&changes, control) {
+            Ok((mut replanned, released)) => {
+                replanned.refused.extend(turned_away);
+                return (replanned, released);
             }
             Err(refused) => {
                 changes.retain(|change| {
@@ -702,24 +702,24 @@ fn renew_distances(running: &mut Running) {
 }
 
 /// One try, from a moment on.
-struct Turn<'a> {
+struct ReplanAttempt<'a> {
     /// Changed in place; restored by the caller where a drone that comes finds no path.
     running: &'a mut Running,
     /// The moment of the changes.
     at: Tick,
     /// By index of the drone.
-    asked: BTreeMap<usize, Asked>,
+    pending: BTreeMap<usize, PendingChange>,
 }
 
-impl Turn<'_> {
+impl ReplanAttempt<'_> {
     /// Remembers a change, and what was `before`, for a drone without a path.
     fn ask(&mut self, index: usize, cause: Cause, settled: bool, before: Option<(Track, Drone)>) {
-        let asked = Asked {
+        let pending = PendingChange {
             cause,
             before,
             settled,
         };
-        self.asked.insert(index, asked);
+        self.pending.insert(index, pending);
     }
 
     /// Applies one change, which is in order, to tracks, tasks and the roadmap's stops.
@@ -821,17 +821,20 @@ impl Turn<'_> {
         let kinds = &mut running.job.kinds;
         let own = vec![kinds.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg())];
         let mut legs = legs_of(id(index), entry, false, |kg| kinds.kind(&drone.vehicle, kg));
-        running.job.others_astray_m = running.job.others_astray_m.max(astray_m(&drone, entry));
+        running.job.fixed_path_deviation_m = running
+            .job
+            .fixed_path_deviation_m
+            .max(path_deviation_m(&drone, entry));
         // Where it starts is not asked of what is not planned.
-        let duties = Duties {
+        let agent_tasks = AgentTasks {
             roadmap: &running.job.roadmap,
             tasks: &[],
             vertices: &[0],
             clearance_m: running.world.planning.gap_to_solids_m(),
             motion: PathMotion::Straight,
         };
-        let agent = agent_of(id(index), &drone, &duties, own, Ending::Hover);
-        legs.retain(|leg| leg.end > self.at.before(running.costmap.lingers()));
+        let agent = agent_of(id(index), &drone, &agent_tasks, own, Ending::Hover);
+        legs.retain(|leg| leg.end > self.at.before(running.costmap.wake_persistence_ticks()));
         let track = Track {
             legs,
             agent,
@@ -839,7 +842,7 @@ impl Turn<'_> {
             planned: true,
             is_fixed: true,
             is_gone: false,
-            lingers: running.costmap.lingers(),
+            wake_persistence_ticks: running.costmap.wake_persistence_ticks(),
         };
         if index < running.tracks.len() {
             running.tracks[index] = track;
@@ -865,12 +868,12 @@ impl Turn<'_> {
         // What is flown at a moment depends on the path this much earlier, too.
         let since = was.before(track.agent.lead_ticks());
         let mut ahead = track.legs.iter().filter(|leg| leg.end > since);
-        if by == 0 || ahead.all(Leg::stays) && track.state(roadmap, was) == State::Ends {
+        if by == 0 || ahead.all(Leg::stays) && track.state(roadmap, was) == TrackState::Ends {
             // It is where it stays.
             return;
         }
         track.fall_behind(roadmap, at, by);
-        let settled = track.state(roadmap, at) == State::Ends;
+        let settled = track.state(roadmap, at) == TrackState::Ends;
         let entry = &mut self.running.plan.drones[index];
         if entry.arrives_s > was.seconds() {
             entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
@@ -907,7 +910,7 @@ impl Turn<'_> {
             planned: true,
             is_fixed: false,
             is_gone: false,
-            lingers: self.running.costmap.lingers(),
+            wake_persistence_ticks: self.running.costmap.wake_persistence_ticks(),
         };
         let mut entry = blank(&self.running.world, drone);
         entry.enters_s = (since > Tick(0)).then(|| since.seconds());
@@ -946,7 +949,7 @@ impl Turn<'_> {
     fn retask(&mut self, index: usize, tasks: &[Task], at_end: AtEnd) {
         let roadmap = &self.running.job.roadmap;
         let track = &self.running.tracks[index];
-        let State::Flies {
+        let TrackState::Flies {
             begun,
             departs,
             at_m,
@@ -1025,7 +1028,7 @@ impl Turn<'_> {
         let roadmap = &running.job.roadmap;
         let last_m = roadmap.position_m(vertices[vertices.len() - 1]);
         let ending = ending_from(&running.world, &running.solids, &drone, last_m);
-        let duties = Duties {
+        let agent_tasks = AgentTasks {
             roadmap,
             tasks,
             vertices: &vertices,
@@ -1034,7 +1037,7 @@ impl Turn<'_> {
         };
         // Whether it can land there was asked before.
         let ending = ending.unwrap_or(Ending::Hover);
-        let mut agent = agent_of(id(index), &drone, &duties, kinds, ending);
+        let mut agent = agent_of(id(index), &drone, &agent_tasks, kinds, ending);
         agent.chain(roadmap);
         if agent.remaining(roadmap, 0, start) == UNREACHABLE {
             agent.use_channels(roadmap);
@@ -1062,9 +1065,9 @@ impl Turn<'_> {
         running.job.agents = agents;
         running.tabulate();
         let (mut group, mut settled) = (Vec::new(), Vec::new());
-        for (&index, asked) in &self.asked {
+        for (&index, pending) in &self.pending {
             let is_gone = running.tracks[index].is_gone;
-            if is_gone || asked.settled {
+            if is_gone || pending.settled {
                 kept[index] = running.tracks[index].rest(self.at);
                 if !is_gone || !kept[index].is_empty() {
                     settled.push(id(index));
@@ -1072,24 +1075,24 @@ impl Turn<'_> {
                 continue;
             }
             group.push(id(index));
-            if let Some((before, _)) = &asked.before {
+            if let Some((before, _)) = &pending.before {
                 kept[index] = before.rest(self.at);
             }
-            if asked.cause == Cause::Added {
+            if pending.cause == Cause::Added {
                 kept[index].clear();
             }
-            if asked.cause == Cause::Late {
+            if pending.cause == Cause::Late {
                 // A drone cannot be evicted from what began before its flight can change.
-                let gives_way = |it: &Blocker| {
+                let is_evictable = |it: &Blocker| {
                     let other = it.drone.0 as usize;
                     it.began >= under_way[other] && !kept[other].is_empty()
                 };
                 let blockers = blockers_at_departure(running, index);
-                let firm = blockers.into_iter().filter(|it| !gives_way(it));
+                let firm = blockers.into_iter().filter(|it| !is_evictable(it));
                 let firm: BTreeSet<DroneId> = firm.map(|it| it.drone).collect();
                 let agent = &mut running.job.agents[index];
-                agent.forgiven = firm.into_iter().collect();
-                agent.forgiven_ticks = FIRST_FORGIVEN_TICKS;
+                agent.tolerated_drones = firm.into_iter().collect();
+                agent.tolerance_ticks = FIRST_TOLERANCE_TICKS;
             }
         }
         let running = &*self.running;
@@ -1107,10 +1110,10 @@ impl Turn<'_> {
         let mut repair = Repair::new(&running.job, affected, weight, control, &mut effort);
         repair.run();
         loop {
-            let left_out = repair.left_out();
-            let turned_away = left_out.iter().filter_map(|(index, why)| {
-                let asked = self.asked.get(index);
-                asked.filter(|it| it.cause == Cause::Added)?;
+            let unplanned = repair.unplanned();
+            let turned_away = unplanned.iter().filter_map(|(index, why)| {
+                let pending = self.pending.get(index);
+                pending.filter(|it| it.cause == Cause::Added)?;
                 let name = running.world.drones[*index].name.clone();
                 let cause = known_cause(&running.world, *why);
                 Some(Unplanned {
@@ -1123,13 +1126,13 @@ impl Turn<'_> {
             if !turned_away.is_empty() {
                 return Err(turned_away);
             }
-            let stuck = self.clashing(&repair, &went_on);
-            let caught = match stuck.is_empty() {
-                true => caught(&repair, &stopped),
+            let stuck = self.in_conflict_if_continuing(&repair, &went_on);
+            let stopped_in_conflict = match stuck.is_empty() {
+                true => stopped_in_conflict(&repair, &stopped),
                 false => Vec::new(),
             };
-            if stuck.is_empty() && caught.is_empty() {
-                let better = better_gone_on(&repair, &stopped, &went_on);
+            if stuck.is_empty() && stopped_in_conflict.is_empty() {
+                let better = better_continuing(&repair, &stopped, &went_on);
                 if better.is_empty() {
                     break;
                 }
@@ -1141,8 +1144,8 @@ impl Turn<'_> {
                 continue;
             }
             // However near, these drones may depart and fly apart.
-            for (index, others) in caught {
-                repair.forgive(index, others);
+            for (index, others) in stopped_in_conflict {
+                repair.tolerate(index, others);
             }
             for index in stuck {
                 // It stops where it can.
@@ -1154,9 +1157,9 @@ impl Turn<'_> {
             }
             repair.run_again();
         }
-        let left_out = repair.left_out();
-        let left_out = left_out.into_iter().map(|(index, _)| index);
-        let lost: BTreeSet<usize> = left_out
+        let unplanned = repair.unplanned();
+        let unplanned = unplanned.into_iter().map(|(index, _)| index);
+        let lost: BTreeSet<usize> = unplanned
             .filter(|index| went_on.contains_key(index) && !stopped.contains(index))
             .collect();
         let under_way = repair.under_way().to_vec();
@@ -1165,14 +1168,14 @@ impl Turn<'_> {
             self.running.job.agents = agents;
         }
         let mut released = self.released(&under_way, &lost);
-        let told = Replanned {
+        let replanned = Replanned {
             effort,
             ..self.write(&stopped, paths)
         };
         for it in &mut released {
-            it.is_sent &= told.refused.iter().all(|out| out.name != it.drone);
+            it.is_sent &= replanned.refused.iter().all(|out| out.name != it.drone);
         }
-        Ok((told, released))
+        Ok((replanned, released))
     }
 
     /// When each drone's flight can change, of those under way until then; some are lost.
@@ -1180,8 +1183,8 @@ impl Turn<'_> {
         let running = &*self.running;
         let drones = running.world.drones.iter().zip(&running.job.agents);
         let released = |(tick, (drone, agent)): (&Tick, (&Drone, &Agent))| {
-            let is_forgiven = !agent.forgiven.is_empty();
-            let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
+            let is_tolerated = !agent.tolerated_drones.is_empty();
+            let out = if is_tolerated { TOLERANCE_TICKS } else { 0 };
             // A fixed drone's flight never changes.
             let index = agent.drone.0 as usize;
             let track = &running.tracks[index];
@@ -1189,11 +1192,11 @@ impl Turn<'_> {
                 true => Tick::FOREVER,
                 false => tick.after(out),
             };
-            let asked = self.asked.get(&index).map(|it| it.cause);
+            let pending = self.pending.get(&index).map(|it| it.cause);
             Released {
                 drone: drone.name.clone(),
                 at,
-                is_sent: matches!(asked, Some(Cause::Added | Cause::Retasked)),
+                is_sent: matches!(pending, Some(Cause::Added | Cause::Retasked)),
                 is_gone: track.is_gone,
                 is_lost: lost.contains(&index),
             }
@@ -1208,23 +1211,27 @@ impl Turn<'_> {
         let roadmap = &self.running.job.roadmap;
         let (mut agents, mut kept) = (Vec::new(), Vec::new());
         for ((index, track), ready) in self.running.tracks.iter().enumerate().zip(ready) {
-            if let Some(told) = self.asked.get_mut(&index).filter(|asked| !asked.settled) {
-                told.settled = ready.is_none();
+            if let Some(change) = self
+                .pending
+                .get_mut(&index)
+                .filter(|pending| !pending.settled)
+            {
+                change.settled = ready.is_none();
             }
             kept.push((ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at)));
             let mut agent = ready.unwrap_or_else(|| Agent {
                 begun: Vec::new(),
                 ..track.agent.clone()
             });
-            let cause = self.asked.get(&index).map(|asked| asked.cause);
+            let cause = self.pending.get(&index).map(|pending| pending.cause);
             if !matches!(cause, Some(Cause::Added | Cause::Retasked)) {
-                agent.let_off_what_is_missed(roadmap);
+                agent.drop_missed_deadlines(roadmap);
             }
             if cause.is_some() {
-                agent.measure_alone(roadmap);
+                agent.find_lower_bound(roadmap);
             } else {
                 // Of the others hardly any is planned anew: measured then.
-                agent.alone_ticks = 0;
+                agent.lower_bound_ticks = 0;
             }
             agents.push(agent);
         }
@@ -1234,27 +1241,30 @@ impl Turn<'_> {
     /// What each drone has to do from where its flight can change; `None` where it cannot be
     /// planned anew. Places that the roadmap lacks are connected.
     fn ready(&mut self) -> Vec<Option<Agent>> {
-        let is_told = |index: usize| {
-            let told = self.asked.get(&index).filter(|asked| !asked.settled);
-            told.is_some_and(|asked| matches!(asked.cause, Cause::Added | Cause::Retasked))
+        let is_changed = |index: usize| {
+            let change = self.pending.get(&index).filter(|pending| !pending.settled);
+            change.is_some_and(|pending| matches!(pending.cause, Cause::Added | Cause::Retasked))
         };
-        let told: Vec<bool> = (0..self.running.tracks.len()).map(is_told).collect();
+        let changed: Vec<bool> = (0..self.running.tracks.len()).map(is_changed).collect();
         let Running {
             world, job, tracks, ..
         } = &*self.running;
         let states = tracks.iter().map(|it| it.state(&job.roadmap, self.at));
-        let states: Vec<State> = states.collect();
-        let beyond = |(index, state): (usize, &State)| {
+        let states: Vec<TrackState> = states.collect();
+        let beyond = |(index, state): (usize, &TrackState)| {
             let turns = tracks[index].turns_beyond(&job.roadmap, state);
-            let (at_m, grounded) = turns.filter(|_| !told[index])?;
+            let (at_m, grounded) = turns.filter(|_| !changed[index])?;
             Some(start_of(world, &world.drones[index], at_m, grounded))
         };
         let beyond: Vec<Option<Stop>> = states.iter().enumerate().map(beyond).collect();
         let stops: Vec<Stop> = beyond.iter().flatten().copied().collect();
         let mut vertices = self.connect(&stops).into_iter();
         let Running { job, tracks, .. } = &*self.running;
-        let tracks = tracks.iter().zip(&told).zip(states.into_iter().zip(beyond));
-        let ready = tracks.map(|((track, told), (state, beyond))| match told {
+        let tracks = tracks
+            .iter()
+            .zip(&changed)
+            .zip(states.into_iter().zip(beyond));
+        let ready = tracks.map(|((track, changed), (state, beyond))| match changed {
             true => Some(track.agent.clone()),
             false => track.ready(&job.roadmap, state, beyond.and_then(|_| vertices.next())),
         });
@@ -1263,7 +1273,7 @@ impl Turn<'_> {
 
     /// The drones without a path that would conflict with others if they went on as they are to:
     /// late, or as they had to. Each may stop once.
-    fn clashing(
+    fn in_conflict_if_continuing(
         &self,
         repair: &Repair<'_>,
         stopped_before: &BTreeMap<usize, Vec<Leg>>,
@@ -1272,11 +1282,11 @@ impl Turn<'_> {
         let mut verdict = Verdict::default();
         // Two on their former paths are as the verifier found them.
         let is_as_it_was = |index: usize| {
-            let is_told = self.asked.get(&index);
-            let is_told = is_told.is_some_and(|it| it.settled || it.before.is_none());
-            !repair.has_new_path(index) && !is_told && !stopped_before.contains_key(&index)
+            let is_changed = self.pending.get(&index);
+            let is_changed = is_changed.is_some_and(|it| it.settled || it.before.is_none());
+            !repair.has_new_path(index) && !is_changed && !stopped_before.contains_key(&index)
         };
-        let mut clashes = |index: usize| {
+        let mut is_in_conflict = |index: usize| {
             let legs = costmap.legs(id(index)).iter();
             let mut ahead = legs.filter(|leg| leg.end > under_way[index]);
             let is_known = is_as_it_was(index);
@@ -1289,19 +1299,19 @@ impl Turn<'_> {
             })
         };
         let can_stop = |index: usize| {
-            let is_settled = self.asked.get(&index).is_some_and(|it| it.settled);
+            let is_settled = self.pending.get(&index).is_some_and(|it| it.settled);
             !is_settled && !stopped_before.contains_key(&index)
         };
-        let left_out = repair.left_out().into_iter().map(|(index, _)| index);
-        left_out
-            .filter(|&index| can_stop(index) && clashes(index))
+        let unplanned = repair.unplanned().into_iter().map(|(index, _)| index);
+        unplanned
+            .filter(|&index| can_stop(index) && is_in_conflict(index))
             .collect()
     }
 
     /// Writes what was found into tracks and plan, and reports the drones changed, and those
     /// without a path.
     fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> Replanned {
-        let mut told = Replanned::default();
+        let mut replanned = Replanned::default();
         let Running {
             world,
             plan,
@@ -1316,17 +1326,17 @@ impl Turn<'_> {
         let mass_kg = |leg: &Leg| kinds.mass_kg(leg.kind);
         for (index, track) in tracks.iter_mut().enumerate() {
             let path = paths.paths.get_mut(index).and_then(Option::take);
-            let asked = self.asked.get(&index);
-            let cause = asked.map(|asked| asked.cause);
+            let pending = self.pending.get(&index);
+            let cause = pending.map(|pending| pending.cause);
             let name = world.drones[index].name.clone();
             let entry = &mut plan.drones[index];
-            let mut left_out = paths.unplanned.iter();
-            let left_out = left_out.find(|(drone, _)| *drone == id(index));
-            let stops = left_out.is_some() && stopped.contains(&index);
+            let mut unplanned = paths.unplanned.iter();
+            let unplanned = unplanned.find(|(drone, _)| *drone == id(index));
+            let stops = unplanned.is_some() && stopped.contains(&index);
             match (path, cause) {
                 (Some(path), _) => {
                     if cause.is_none() {
-                        job.agents[index].measure_alone(&job.roadmap);
+                        job.agents[index].find_lower_bound(&job.roadmap);
                     }
                     let agent = &job.agents[index];
                     if path.legs.is_empty() {
@@ -1365,7 +1375,7 @@ impl Turn<'_> {
                 }
                 (None, None) if !stops => continue,
                 (None, cause) => {
-                    let before = asked.and_then(|asked| asked.before.as_ref());
+                    let before = pending.and_then(|pending| pending.before.as_ref());
                     if let Some((before, drone)) = before {
                         *track = before.clone();
                         world.drones[index].clone_from(drone);
@@ -1376,7 +1386,7 @@ impl Turn<'_> {
                         track.go_on(legs.map_or(costmap.legs(id(index)), |legs| legs));
                         write_legs(entry, &track.agent, &track.legs, mass_kg);
                     }
-                    if let Some((_, why)) = left_out {
+                    if let Some((_, why)) = unplanned {
                         let instead = match cause {
                             _ if stops => "it stops at the next place on its path",
                             Some(Cause::Late) => "it follows its plan as late as it is",
@@ -1395,7 +1405,7 @@ impl Turn<'_> {
                             entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
                             plan.unplanned.push(out.clone());
                         }
-                        told.refused.push(out);
+                        replanned.refused.push(out);
                     }
                     if !track.is_fixed {
                         stay_until_arrival(entry);
@@ -1405,18 +1415,21 @@ impl Turn<'_> {
                     }
                 }
             }
-            told.changed.push(Changed {
+            replanned.changed.push(Changed {
                 drone: name,
                 cause: cause.unwrap_or(Cause::GaveWay),
             });
         }
-        told
+        replanned
     }
 }
 
 /// The drones that stop for good in conflict with others, and those others: the first time, where
 /// they could fly out of it.
-fn caught(repair: &Repair<'_>, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<DroneId>)> {
+fn stopped_in_conflict(
+    repair: &Repair<'_>,
+    stopped: &BTreeSet<usize>,
+) -> Vec<(usize, Vec<DroneId>)> {
     let mut verdict = Verdict::default();
     let costmap = repair.costmap();
     let mut others = |index: usize| {
@@ -1424,14 +1437,15 @@ fn caught(repair: &Repair<'_>, stopped: &BTreeSet<usize>) -> Vec<(usize, Vec<Dro
         let met: BTreeSet<DroneId> = verdict.blockers.iter().map(|it| it.drone).collect();
         (!met.is_empty()).then(|| (index, met.into_iter().collect()))
     };
-    let left_out = repair.left_out().into_iter().map(|(index, _)| index);
-    let left_out = left_out.filter(|it| stopped.contains(it) && !repair.agents()[*it].is_caught);
-    left_out.filter_map(&mut others).collect()
+    let unplanned = repair.unplanned().into_iter().map(|(index, _)| index);
+    let unplanned =
+        unplanned.filter(|it| stopped.contains(it) && !repair.agents()[*it].is_stopped_in_conflict);
+    unplanned.filter_map(&mut others).collect()
 }
 
 /// The drones that stop in conflict with others, without any path, and would touch fewer of them,
 /// or for less time, if they went on as they were to.
-fn better_gone_on(
+fn better_continuing(
     repair: &Repair<'_>,
     stopped: &BTreeSet<usize>,
     went_on: &BTreeMap<usize, Vec<Leg>>,
@@ -1454,9 +1468,10 @@ fn better_gone_on(
         let goes_on = agents[*index].flown(&went_on[index]);
         touched(*index, &goes_on) < touched(*index, costmap.legs(id(*index)))
     };
-    let left_out = repair.left_out().into_iter().map(|(index, _)| index);
-    let left_out = left_out.filter(|it| stopped.contains(it) && agents[*it].is_caught);
-    left_out.filter(is_better).collect()
+    let unplanned = repair.unplanned().into_iter().map(|(index, _)| index);
+    let unplanned =
+        unplanned.filter(|it| stopped.contains(it) && agents[*it].is_stopped_in_conflict);
+    unplanned.filter(is_better).collect()
 }
 
 /// Blockers of a late drone where its flight can change first: it has to get away from the

@@ -33,12 +33,12 @@ pub(super) struct Track {
     /// It was taken out, or has failed: what is left of its legs is how it stops.
     pub(super) is_gone: bool,
     /// How long the air of a leg may matter after its end (ticks).
-    pub(super) lingers: u32,
+    pub(super) wake_persistence_ticks: u32,
 }
 
 /// Where a drone is in what it flies.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum State {
+pub(super) enum TrackState {
     /// It has not come yet, or has left.
     Absent,
     /// All its tasks are done, and how it ends goes on whatever is planned; or it has no path.
@@ -61,50 +61,50 @@ pub(super) enum State {
 impl Track {
     /// Whether it has come by a moment, and has neither left nor been taken out.
     pub(super) fn is_there(&self, roadmap: &Roadmap, at: Tick) -> bool {
-        !self.is_gone && self.state(roadmap, at) != State::Absent
+        !self.is_gone && self.state(roadmap, at) != TrackState::Absent
     }
 
     /// Where it is at a moment, and from when on its flight can change. A leg, and a dwell that has
     /// begun, is flown to its end.
-    pub(super) fn state(&self, roadmap: &Roadmap, at: Tick) -> State {
+    pub(super) fn state(&self, roadmap: &Roadmap, at: Tick) -> TrackState {
         self.state_of(roadmap, at, false)
     }
 
     /// The same if it drops what it has to do: a dwell ends at once.
-    pub(super) fn state_without_tasks(&self, roadmap: &Roadmap, at: Tick) -> State {
+    pub(super) fn state_without_tasks(&self, roadmap: &Roadmap, at: Tick) -> TrackState {
         self.state_of(roadmap, at, true)
     }
 
-    fn state_of(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
+    fn state_of(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> TrackState {
         if self.legs.iter().all(|leg| leg.end <= at || at < leg.start) {
-            return State::Absent;
+            return TrackState::Absent;
         }
         // Until then what is flown now depends on the path.
         let settled = at.after(self.agent.lead_ticks());
         let mut state = self.state_from(roadmap, settled, drops);
-        if let State::Flies { begun, departs, .. } = &mut state
+        if let TrackState::Flies { begun, departs, .. } = &mut state
             && settled > at
         {
             let before = self.rest(at).into_iter().filter(|leg| leg.start < *departs);
             *begun = before.map(|leg| leg.between(leg.start, *departs)).collect();
         }
         match state {
-            State::Absent => State::Ends,
+            TrackState::Absent => TrackState::Ends,
             state => state,
         }
     }
 
     /// The same of a path that is flown as it is.
-    fn state_from(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
+    fn state_from(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> TrackState {
         let index = self.first_after(at);
         let Some(leg) = self.legs.get(index).filter(|leg| leg.start <= at) else {
-            return State::Absent;
+            return TrackState::Absent;
         };
         let dwells = self.dwells(roadmap);
         let finished = dwells.len() == self.agent.waypoints.len()
             && dwells.last().is_none_or(|dwell| dwell.1 <= at);
         if !drops && (finished || !self.planned) {
-            return State::Ends;
+            return TrackState::Ends;
         }
         let dwell = dwells.iter().find(|dwell| dwell.0 <= at && at < dwell.1);
         let departs = match dwell {
@@ -113,7 +113,7 @@ impl Track {
             _ if leg.start == at && self.vertex_at(roadmap, &leg.from_m).is_some() => at,
             _ => leg.end,
         };
-        let since = at.before(self.lingers);
+        let since = at.before(self.wake_persistence_ticks);
         let first = self.first_after(since);
         let begun = self.legs[first..].iter().filter(|leg| leg.start < departs);
         // Flown to its end is what moves.
@@ -132,7 +132,7 @@ impl Track {
         } else {
             around.any(|leg| leg.stays() && !leg.flying)
         };
-        State::Flies {
+        TrackState::Flies {
             done: dwells.iter().filter(|dwell| dwell.1 <= departs).count(),
             // A descent ends on the ground.
             grounded,
@@ -147,9 +147,9 @@ impl Track {
     pub(super) fn turns_beyond(
         &self,
         roadmap: &Roadmap,
-        state: &State,
+        state: &TrackState,
     ) -> Option<(Point3<f64>, bool)> {
-        let &State::Flies {
+        let &TrackState::Flies {
             done,
             at_m,
             grounded,
@@ -169,10 +169,10 @@ impl Track {
     pub(super) fn ready(
         &self,
         roadmap: &Roadmap,
-        state: State,
+        state: TrackState,
         beyond: Option<Vertex>,
     ) -> Option<Agent> {
-        let State::Flies {
+        let TrackState::Flies {
             done,
             begun,
             departs,
@@ -189,7 +189,7 @@ impl Track {
             begun,
             grounded,
             is_sent: false,
-            is_caught: false,
+            is_stopped_in_conflict: false,
             ..self.agent_after(done)
         })?;
         if beyond.is_some() {
@@ -330,7 +330,7 @@ impl Track {
     /// What is flown of those that end after a moment, or whose air may then be under way.
     pub(super) fn flown_from(&self, at: Tick) -> Vec<Leg> {
         let flown = self.agent.flown(&self.legs);
-        let since = at.before(self.lingers);
+        let since = at.before(self.wake_persistence_ticks);
         let ahead = flown.iter().filter(|leg| leg.end > since);
         ahead.copied().collect()
     }
@@ -338,7 +338,7 @@ impl Track {
     /// The legs that end after a moment, and those before on which what is flown then depends, or
     /// whose air may then be under way.
     pub(super) fn rest(&self, at: Tick) -> Vec<Leg> {
-        let since = at.before(2 * self.agent.lead_ticks() + self.lingers);
+        let since = at.before(2 * self.agent.lead_ticks() + self.wake_persistence_ticks);
         let ahead = self.legs.iter().filter(|leg| leg.end > since);
         ahead.copied().collect()
     }
@@ -358,7 +358,7 @@ impl Track {
 
     /// Whether it, and its air, is gone at a moment and nothing of what it flew matters any more.
     pub(super) fn has_left(&self, at: Tick) -> bool {
-        let matters = 2 * self.agent.lead_ticks() + self.lingers;
+        let matters = 2 * self.agent.lead_ticks() + self.wake_persistence_ticks;
         let last = self.legs.last();
         last.is_none_or(|leg| leg.end != Tick::FOREVER && leg.end.after(matters) <= at)
     }
@@ -367,7 +367,7 @@ impl Track {
     /// by then; from when on it is known now. `None`: nothing is dropped.
     pub(super) fn forget(&mut self, roadmap: &Roadmap, before: Tick) -> Option<Tick> {
         let lead = self.agent.lead_ticks();
-        let before = before.before(2 * lead + self.lingers);
+        let before = before.before(2 * lead + self.wake_persistence_ticks);
         let first = self.legs.first()?.start;
         // In the middle of a stay what is flown stands still, too.
         let rests = |leg: &Leg| {
@@ -481,7 +481,7 @@ fn curve_m(acceleration_mps2: f64) -> f64 {
 }
 
 /// How far what is flown is from its legs (m), of a drone that is not planned here.
-pub(super) fn astray_m(drone: &Drone, entry: &DronePlan) -> f64 {
+pub(super) fn path_deviation_m(drone: &Drone, entry: &DronePlan) -> f64 {
     if !entry.trajectory.is_smooth() {
         return 0.0;
     }

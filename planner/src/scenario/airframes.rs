@@ -29,7 +29,7 @@ pub(super) fn airframes<'t>(
         let field = Field {
             value: key,
             key: "name",
-            who: "an airframe",
+            subject: "an airframe",
         };
         let Some(name) = reader.name(field) else {
             continue;

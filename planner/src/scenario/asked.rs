@@ -40,7 +40,7 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
     // A drone that is being flown may have some of its tasks behind it.
     let drones = match in_flight {
         true => Cow::Borrowed(&world.drones),
-        false => Cow::Owned(by_who_is_there(world, plan)),
+        false => Cow::Owned(with_places_assigned(world, plan)),
     };
     for drone in drones.iter() {
         let entry = plan.drone(&drone.name);
@@ -62,7 +62,7 @@ fn held(world: &World, plan: &Plan, in_flight: bool) -> Vec<String> {
 }
 
 /// The world's drones, each formation's places assigned to the drones at them in a plan.
-fn by_who_is_there(world: &World, plan: &Plan) -> Vec<Drone> {
+fn with_places_assigned(world: &World, plan: &Plan) -> Vec<Drone> {
     let mut drones = world.drones.clone();
     for tasks in &world.formations {
         let found = tasks.iter().map(|(name, task)| {
@@ -541,7 +541,7 @@ mod tests {
     use crate::{Control, read_world};
 
     #[test]
-    fn places_of_a_formation_may_be_taken_by_any_of_its_drones_but_not_left_out() {
+    fn places_of_a_formation_may_be_taken_by_any_of_its_drones_but_not_omitted() {
         let world = |tasks: [&str; 2], formations: &str| {
             let text = format!(
                 r#"(name: "h", bounds_m: (min: (0, 0, 0), max: (12, 10, 6)), drones: [

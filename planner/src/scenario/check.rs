@@ -26,10 +26,10 @@ pub enum WorldError {
     #[error("there are no drones")]
     NoDrones,
     /// A name that cannot stand in a table.
-    #[error("the name of {whose} is {fault}")]
+    #[error("the name of {owner} is {fault}")]
     Name {
         /// Of what.
-        whose: String,
+        owner: String,
         /// What is wrong with it.
         fault: &'static str,
     },
@@ -37,10 +37,10 @@ pub enum WorldError {
     #[error("two drones are called `{0}`")]
     SameName(String),
     /// More of something than a plan is made for.
-    #[error("{whose} has {count} {what}, at most {most}")]
+    #[error("{owner} has {count} {what}, at most {most}")]
     TooMany {
         /// Of what.
-        whose: String,
+        owner: String,
         /// What there is too much of.
         what: &'static str,
         /// How many there are.
@@ -49,10 +49,10 @@ pub enum WorldError {
         most: usize,
     },
     /// A number that is not finite or out of range.
-    #[error("{quantity} of {whose} is {value}: must be from {low} to {high} {unit}")]
+    #[error("{quantity} of {owner} is {value}: must be from {low} to {high} {unit}")]
     OutOfRange {
         /// Of what.
-        whose: String,
+        owner: String,
         /// Which quantity.
         quantity: &'static str,
         /// What it is.
@@ -128,12 +128,12 @@ impl World {
     /// that it cannot fly in. `since_s`: from when on it has its tasks (s).
     pub(crate) fn faults_of(&self, drone: &Drone, since_s: f64) -> Vec<WorldError> {
         let mut check = Check { errors: Vec::new() };
-        let whose = format!("drone `{}`", drone.name);
-        check.name(whose.clone(), &drone.name);
+        let owner = format!("drone `{}`", drone.name);
+        check.name(owner.clone(), &drone.name);
         check.drone(drone, self.air.density_kg_per_m3());
         let ends_s = since_s + drone.busy_s();
         if check.errors.is_empty() && !BUSY_S.contain(ends_s) {
-            check.number(&whose, "end of all tasks", ends_s, &BUSY_S);
+            check.number(&owner, "end of all tasks", ends_s, &BUSY_S);
         }
         if check.errors.is_empty() {
             let unfit = unfit(self, std::slice::from_ref(drone));
@@ -152,8 +152,8 @@ impl World {
             return None;
         }
         let mut check = Check { errors: Vec::new() };
-        let whose = format!("drone `{}`", drone.name);
-        check.number(&whose, "time to stop", drone.vehicle.stop_s(), &STOP_S);
+        let owner = format!("drone `{}`", drone.name);
+        check.number(&owner, "time to stop", drone.vehicle.stop_s(), &STOP_S);
         check.errors.pop()
     }
 }
@@ -182,12 +182,12 @@ struct Check {
 }
 
 impl Check {
-    /// A number and its range; `whose` and `quantity` as messages say them.
-    fn number(&mut self, whose: &str, quantity: &'static str, value: f64, limits: &Limits) {
+    /// A number and its range; `owner` and `quantity` as messages say them.
+    fn number(&mut self, owner: &str, quantity: &'static str, value: f64, limits: &Limits) {
         let Limits { low, high, unit } = *limits;
         if !limits.contain(value) {
             self.errors.push(WorldError::OutOfRange {
-                whose: whose.to_owned(),
+                owner: owner.to_owned(),
                 quantity,
                 value,
                 low,
@@ -198,28 +198,28 @@ impl Check {
     }
 
     /// A point with every coordinate within 10 km of the origin (m).
-    fn place(&mut self, whose: &str, quantity: &'static str, place_m: &Point3<f64>) {
+    fn place(&mut self, owner: &str, quantity: &'static str, place_m: &Point3<f64>) {
         for &coordinate in place_m.iter() {
-            self.number(whose, quantity, coordinate, &PLACE_M);
+            self.number(owner, quantity, coordinate, &PLACE_M);
         }
     }
 
     /// Two corners (m) that enclose a volume.
-    fn corners(&mut self, whose: &str, min_m: &Point3<f64>, max_m: &Point3<f64>) {
-        self.place(whose, "the lowest corner", min_m);
-        self.place(whose, "the highest corner", max_m);
+    fn corners(&mut self, owner: &str, min_m: &Point3<f64>, max_m: &Point3<f64>) {
+        self.place(owner, "the lowest corner", min_m);
+        self.place(owner, "the highest corner", max_m);
         let size_m: Vector3<f64> = max_m - min_m;
         if size_m.iter().any(|size_m| *size_m < SIZE_M.low) {
-            self.errors.push(WorldError::Flat(whose.to_owned()));
+            self.errors.push(WorldError::Flat(owner.to_owned()));
         }
     }
 
     /// How many there are of something.
-    fn count(&mut self, whose: &str, what: &'static str, count: usize, most: usize) {
+    fn count(&mut self, owner: &str, what: &'static str, count: usize, most: usize) {
         if count > most {
-            let whose = whose.to_owned();
+            let owner = owner.to_owned();
             self.errors.push(WorldError::TooMany {
-                whose,
+                owner,
                 what,
                 count,
                 most,
@@ -228,8 +228,8 @@ impl Check {
     }
 
     /// A name that can stand in a table.
-    fn name(&mut self, whose: String, name: &str) {
-        let fault = name_fault(name).map(|fault| WorldError::Name { whose, fault });
+    fn name(&mut self, owner: String, name: &str) {
+        let fault = name_fault(name).map(|fault| WorldError::Name { owner, fault });
         self.errors.extend(fault);
     }
 
@@ -241,7 +241,7 @@ impl Check {
             air, jet, planning, ..
         } = world;
         let margins = planning.margins;
-        for (whose, quantity, value, limits) in [
+        for (owner, quantity, value, limits) in [
             ("the air", "temperature", air.temperature_c, &TEMPERATURE_C),
             ("the air", "pressure", air.pressure_pa, &PRESSURE_PA),
             ("the jet", "centreline", jet.centreline, &CENTRELINE),
@@ -263,7 +263,7 @@ impl Check {
                 &ENERGY_WEIGHT,
             ),
         ] {
-            self.number(whose, quantity, value, limits);
+            self.number(owner, quantity, value, limits);
         }
         if let Some(origin) = &world.origin {
             for (quantity, value, limits) in [
@@ -295,11 +295,11 @@ impl Check {
             self.solid(&format!("obstacle `{}`", obstacle.name), &obstacle.shape);
         }
         for (index, zone) in world.zones.iter().enumerate() {
-            let whose = format!("zone `{}`", zone.name);
+            let owner = format!("zone `{}`", zone.name);
             self.name(format!("zone {}", index + 1), &zone.name);
-            self.corners(&whose, &zone.min_m, &zone.max_m);
+            self.corners(&owner, &zone.min_m, &zone.max_m);
             if let Some(limit_mps) = zone.air_limit_mps {
-                self.number(&whose, "air limit", limit_mps, &ZONE_AIR_LIMIT_MPS);
+                self.number(&owner, "air limit", limit_mps, &ZONE_AIR_LIMIT_MPS);
             }
         }
         if world.drones.is_empty() {
@@ -317,17 +317,17 @@ impl Check {
     }
 
     /// Sizes of a solid, and the indices of a mesh.
-    fn solid(&mut self, whose: &str, shape: &Solid) {
+    fn solid(&mut self, owner: &str, shape: &Solid) {
         match shape {
-            Solid::Box { min_m, max_m } => self.corners(whose, min_m, max_m),
+            Solid::Box { min_m, max_m } => self.corners(owner, min_m, max_m),
             Solid::Cylinder {
                 base_m,
                 radius_m,
                 height_m,
             } => {
-                self.place(whose, "the base", base_m);
-                self.number(whose, "radius", *radius_m, &SIZE_M);
-                self.number(whose, "height", *height_m, &SIZE_M);
+                self.place(owner, "the base", base_m);
+                self.number(owner, "radius", *radius_m, &SIZE_M);
+                self.number(owner, "height", *height_m, &SIZE_M);
             }
             Solid::Mesh {
                 vertices_m,
@@ -335,13 +335,13 @@ impl Check {
                 ..
             } => {
                 for vertex_m in vertices_m {
-                    self.place(whose, "a vertex", vertex_m);
+                    self.place(owner, "a vertex", vertex_m);
                 }
                 let size = vertices_m.len().max(triangles.len());
-                self.count(whose, "triangles or vertices", size, MOST_TRIANGLES);
+                self.count(owner, "triangles or vertices", size, MOST_TRIANGLES);
                 let is_there = |corner: &u32| (*corner as usize) < vertices_m.len();
                 if triangles.is_empty() || !triangles.iter().flatten().all(is_there) {
-                    self.errors.push(WorldError::Mesh(whose.to_owned()));
+                    self.errors.push(WorldError::Mesh(owner.to_owned()));
                 }
             }
         }
@@ -349,7 +349,7 @@ impl Check {
 
     /// Airframe, limits, tasks and loads of a drone in air of a density (kg/m³).
     fn drone(&mut self, drone: &Drone, density_kg_per_m3: f64) {
-        let whose = format!("drone `{}`", drone.name);
+        let owner = format!("drone `{}`", drone.name);
         let (vehicle, airframe) = (&drone.vehicle, &drone.vehicle.airframe);
         let (propellers, diameter_m) = (airframe.propellers(), airframe.propeller_diameter_m());
         let motor_distance_m = airframe.motor_distance_m();
@@ -375,28 +375,28 @@ impl Check {
             ("highest jerk", vehicle.max_jerk_mps3, &MAX_JERK_MPS3),
             ("air limit", drone.air_limit, &AIR_LIMIT),
         ] {
-            self.number(&whose, quantity, value, limits);
+            self.number(&owner, quantity, value, limits);
         }
-        self.place(&whose, "the start", &drone.start_m);
-        self.count(&whose, "tasks", drone.tasks.len(), MOST_ITEMS);
+        self.place(&owner, "the start", &drone.start_m);
+        self.count(&owner, "tasks", drone.tasks.len(), MOST_ITEMS);
         let mut loads_kg = vec![0.0];
         for task in &drone.tasks {
-            self.place(&whose, "a task", &task.to_m);
-            self.number(&whose, "a dwell", task.dwell_s, &DWELL_S);
+            self.place(&owner, "a task", &task.to_m);
+            self.number(&owner, "a dwell", task.dwell_s, &DWELL_S);
             if let Some([from_s, until_s]) = task.during_s {
-                self.number(&whose, "the time it is due", from_s, &DURING_S);
+                self.number(&owner, "the time it is due", from_s, &DURING_S);
                 let after = Limits {
                     low: from_s.max(DURING_S.low),
                     ..DURING_S
                 };
-                self.number(&whose, "the time it stays until", until_s, &after);
+                self.number(&owner, "the time it stays until", until_s, &after);
             }
             if let Some(load_kg) = task.load_kg {
-                self.number(&whose, "a load", load_kg, &LOAD_KG);
+                self.number(&owner, "a load", load_kg, &LOAD_KG);
                 loads_kg.push(load_kg);
             }
         }
-        self.number(&whose, "time of all tasks", drone.busy_s(), &BUSY_S);
+        self.number(&owner, "time of all tasks", drone.busy_s(), &BUSY_S);
         let is_too_heavy = |mass_kg: &f64| is_overloaded(airframe, *mass_kg, density_kg_per_m3);
         let mut masses_kg = loads_kg.iter().map(|load_kg| airframe.mass_kg() + load_kg);
         if let Some(mass_kg) = masses_kg.find(is_too_heavy) {
@@ -444,7 +444,7 @@ impl Misplaced {
     /// What is wrong, as a problem that has no place in a text yet.
     pub(crate) fn words(&self, world: &World) -> Problem {
         let name = &world.drones[self.drone].name;
-        let (who, verb, word) = match self.spot {
+        let (subject, verb, word) = match self.spot {
             Spot::Start => (format!("`{name}`"), "starts", "start"),
             Spot::Task(index) => (format!("task {} of `{name}`", index + 1), "lies", "place"),
             Spot::Landing => (format!("`{name}`"), "lands", "place to come down from"),
@@ -498,7 +498,7 @@ impl Misplaced {
             (nearest, gap) => nearest.or(gap),
         };
         Problem {
-            message: format!("{who} {verb} {place}"),
+            message: format!("{subject} {verb} {place}"),
             label: Some(label),
             help: nearest,
             ..Problem::default()

@@ -24,7 +24,7 @@ pub(super) struct Reader<'t> {
 #[derive(Debug)]
 pub(super) struct Record<'t> {
     /// What messages call it: "drone `k1`".
-    pub(super) who: String,
+    pub(super) subject: String,
     /// Its first line, where problems of the whole record point.
     head: Range<usize>,
     /// As typed, repeated keys included.
@@ -42,22 +42,33 @@ pub(super) struct Field<'r, 't> {
     pub(super) value: Value<'t>,
     pub(super) key: &'static str,
     /// Owner: "drone `k1`".
-    pub(super) who: &'r str,
+    pub(super) subject: &'r str,
 }
 
 impl Field<'_, '_> {
     /// The problem that the value is of another kind than `what`, labelled with the kind that it
     /// is.
     fn must_be(&self, what: &str) -> Problem {
-        let Field { value, key, who } = self;
-        let problem = Problem::at(&value.head(), format!("`{key}` of {who} must be {what}"));
+        let Field {
+            value,
+            key,
+            subject,
+        } = self;
+        let problem = Problem::at(
+            &value.head(),
+            format!("`{key}` of {subject} must be {what}"),
+        );
         problem.label(format!("this is {}", value.kind()))
     }
 
     /// The problem that the whole value is wrong: "`key` of drone `k1` is out of range".
     fn is(&self, what: &str) -> Problem {
-        let Field { value, key, who } = self;
-        Problem::at(&value.at(), format!("`{key}` of {who} is {what}"))
+        let Field {
+            value,
+            key,
+            subject,
+        } = self;
+        Problem::at(&value.at(), format!("`{key}` of {subject} is {what}"))
     }
 
     /// What was read, with its place.
@@ -127,24 +138,24 @@ impl<'t> Reader<'t> {
         &mut self,
         value: Value<'t>,
         name: &'static str,
-        who: String,
+        subject: String,
     ) -> Option<Record<'t>> {
         let Some(pairs) = value.pairs(name) else {
             let before = value.text.split('(').next().unwrap_or_default().trim();
             let is_name =
                 !before.is_empty() && before.chars().all(|c| c.is_alphanumeric() || c == '_');
             let problem = if is_name && before != name && value.text.contains('(') {
-                Problem::at(&value.head(), format!("{who} is called `{before}`"))
+                Problem::at(&value.head(), format!("{subject} is called `{before}`"))
                     .label(format!("write `{name}(...)`, or only `(...)`"))
             } else {
-                let message = format!("{who} must be written `(key: value, ...)`");
+                let message = format!("{subject} must be written `(key: value, ...)`");
                 Problem::at(&value.head(), message).label(format!("this is {}", value.kind()))
             };
             self.report(problem);
             return None;
         };
         Some(Record {
-            who,
+            subject,
             head: value.head(),
             pairs,
             known: Vec::new(),
@@ -162,7 +173,7 @@ impl<'t> Reader<'t> {
         let thing = kind.to_lowercase();
         let mut record = self.record(value, kind, format!("{thing} {}", index + 1))?;
         if let Some(name) = record.plain_name() {
-            record.who = format!("{thing} `{name}`");
+            record.subject = format!("{thing} `{name}`");
         }
         Some(record)
     }
@@ -280,12 +291,20 @@ impl<'t> Reader<'t> {
 
     /// Three coordinates within limits (m).
     pub(super) fn place(&mut self, field: Field<'_, 't>) -> Option<At<Point3<f64>>> {
-        let Field { value, key, who } = field;
+        let Field {
+            value,
+            key,
+            subject,
+        } = field;
         let label = match value.tuple().as_deref() {
             Some([x, y, z]) => {
-                let who = &format!("`{key}` of {who}");
+                let subject = &format!("`{key}` of {subject}");
                 let [x, y, z] = [(x, "x"), (y, "y"), (z, "z")].map(|(&value, key)| {
-                    let coordinate = Field { value, key, who };
+                    let coordinate = Field {
+                        value,
+                        key,
+                        subject,
+                    };
                     self.number(coordinate, &PLACE_M)
                 });
                 return Some(field.found(Point3::new(x?, y?, z?)));
@@ -331,7 +350,11 @@ impl<'t> Reader<'t> {
         field: Field<'_, 't>,
         choices: &[(&'static str, T)],
     ) -> Option<T> {
-        let Field { value, key, who } = field;
+        let Field {
+            value,
+            key,
+            subject,
+        } = field;
         if let Some((_, choice)) = choices.iter().find(|(word, _)| *word == value.text) {
             return Some(*choice);
         }
@@ -339,7 +362,7 @@ impl<'t> Reader<'t> {
         let words: Vec<String> = known().map(|word| format!("`{word}`")).collect();
         let typed = value.plain::<String>();
         let typed = typed.unwrap_or_else(|| value.text.to_owned());
-        let message = format!("`{key}` of {who} is none of its words");
+        let message = format!("`{key}` of {subject} is none of its words");
         let problem = Problem::at(&value.head(), message);
         let problem = problem.label(format!("must be {}", listed(&words, "or")));
         self.report(match known().find(|word| *word == typed) {
@@ -437,7 +460,7 @@ impl<'t> Record<'t> {
         Some(Field {
             value: pair.value.given()?,
             key,
-            who: &self.who,
+            subject: &self.subject,
         })
     }
 
@@ -462,7 +485,7 @@ impl<'t> Record<'t> {
     /// was well.
     pub(super) fn close(self, reader: &mut Reader<'t>) -> bool {
         let Record {
-            who,
+            subject,
             head,
             pairs,
             known,
@@ -473,7 +496,7 @@ impl<'t> Record<'t> {
             let mut earlier = pairs[..index].iter();
             if let Some(first) = earlier.find(|earlier| earlier.key == pair.key) {
                 let first_line = line(reader.text, first.key_at.start);
-                let message = format!("`{}` of {who} is given twice", pair.key);
+                let message = format!("`{}` of {subject} is given twice", pair.key);
                 let problem = Problem::at(&pair.key_at, message);
                 reader.report(problem.label(format!("first given on line {first_line}")));
             }
@@ -481,7 +504,10 @@ impl<'t> Record<'t> {
         let is_used = |key: &str| pairs.iter().any(|pair| pair.key == key);
         let unused = || known.iter().copied().filter(|key| !is_used(key));
         for pair in pairs.iter().filter(|pair| !known.contains(&pair.key)) {
-            let problem = Problem::at(&pair.key_at, format!("{who} has no field `{}`", pair.key));
+            let problem = Problem::at(
+                &pair.key_at,
+                format!("{subject} has no field `{}`", pair.key),
+            );
             let words: Vec<String> = known.iter().map(|key| format!("`{key}`")).collect();
             let meant = nearest(pair.key, unused());
             // A slip for a required key is one error, not two.
@@ -497,7 +523,7 @@ impl<'t> Record<'t> {
                 1 => "required here",
                 _ => "all required here",
             };
-            let message = format!("{who} has no {}", listed(&keys, "or"));
+            let message = format!("{subject} has no {}", listed(&keys, "or"));
             reader.report(Problem::at(&head, message).label(label));
         }
         reader.problems.len() == before

@@ -60,7 +60,7 @@ pub(super) fn formation<'t>(
         let before = reader.problems.len();
         let names = reader.list(field, name);
         if names.is_empty() && reader.problems.len() == before {
-            let message = format!("{} has no drones", field.who);
+            let message = format!("{} has no drones", field.subject);
             let problem = Problem::at(&field.value.at(), message).label("at least one is required");
             reader.report(problem.help("leave `drones` out for all"));
         }
@@ -88,12 +88,12 @@ pub(super) fn formation<'t>(
     let shapes = ["to_m", "circle", "sphere", "home_m"].map(|key| record.has(key));
     let count = shapes.iter().filter(|is_there| **is_there).count();
     if count != 1 {
-        let message = format!("{} has {count} sets of places", record.who);
+        let message = format!("{} has {count} sets of places", record.subject);
         let problem = Problem::at(record.head(), message).label("exactly one is required");
         reader.report(problem.help("give to_m, circle, sphere or home_m"));
     }
     if let (None, Some(layer_m)) = (&home_m, &layer_m) {
-        let message = format!("{} has `layer_m` without `home_m`", record.who);
+        let message = format!("{} has `layer_m` without `home_m`", record.subject);
         let problem = Problem::at(&layer_m.at, message).label("places are where they are given");
         reader.report(problem.help("layers are of drones above their own starts"));
     }
@@ -115,8 +115,8 @@ pub(super) fn formation<'t>(
 
 /// A circle or a sphere.
 fn round<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<At<Round>> {
-    let who = format!("`{}` of {}", field.key, field.who);
-    let mut record = reader.record(field.value, "Round", who)?;
+    let subject = format!("`{}` of {}", field.key, field.subject);
+    let mut record = reader.record(field.value, "Round", subject)?;
     let centre_m = record.required(reader, "centre_m", Reader::place);
     let radius_m = record.required(reader, "radius_m", |reader, field| {
         reader.number(field, &SIZE_M)
@@ -144,7 +144,7 @@ pub(super) fn assigned<'w>(
     let members = written
         .drones
         .iter()
-        .map(|drone| Member::of(drone, written));
+        .map(|drone| FormationMember::of(drone, written));
     let mut assignment = Assignment {
         place,
         members: members.collect(),
@@ -154,8 +154,8 @@ pub(super) fn assigned<'w>(
     };
     let mut later = written.formations.as_slice();
     while let Some((formation, rest)) = later.split_first() {
-        let who = format!("formation {}", formation.index + 1);
-        assignment.add(formation, rest, &who);
+        let subject = format!("formation {}", formation.index + 1);
+        assignment.add(formation, rest, &subject);
         later = rest;
     }
     let Assignment {
@@ -171,7 +171,7 @@ pub(super) fn assigned<'w>(
 type TasksOf = Vec<Vec<(String, usize)>>;
 
 /// The part of a drone that formations need.
-struct Member {
+struct FormationMember {
     /// The vehicle; `None` where its airframe is not in order, which is reported elsewhere.
     vehicle: Option<Vehicle>,
     /// Where it is after its tasks (m).
@@ -180,10 +180,10 @@ struct Member {
     ready_s: [f64; 2],
 }
 
-impl Member {
+impl FormationMember {
     /// After its own tasks.
-    fn of(drone: &Drone, written: &Written) -> Member {
-        let mut member = Member {
+    fn of(drone: &Drone, written: &Written) -> FormationMember {
+        let mut member = FormationMember {
             vehicle: written.vehicle(&drone.airframe.value).and_then(Result::ok),
             at_m: drone.start_m.value,
             ready_s: [0.0; 2],
@@ -194,7 +194,7 @@ impl Member {
         member
     }
 
-    /// When the drone is at a place at the earliest (s), as [`Member::ready_s`].
+    /// When the drone is at a place at the earliest (s), as [`FormationMember::ready_s`].
     fn there_s(&self, to_m: &Point3<f64>, motion: Option<PathMotion>) -> [f64; 2] {
         let moves = (to_m - self.at_m).norm() > SAME_PLACE_M;
         let is_smooth = moves && motion.unwrap_or_default() == PathMotion::Smooth;
@@ -245,7 +245,7 @@ struct Assignment<'p> {
     /// The world, without drones.
     place: &'p World,
     /// In the scenario's order.
-    members: Vec<Member>,
+    members: Vec<FormationMember>,
     /// With the formations' tasks.
     with_tasks: Written,
     /// These tasks.
@@ -255,12 +255,12 @@ struct Assignment<'p> {
 }
 
 impl Assignment<'_> {
-    /// Assigns the places of a formation, `who` in messages, before the `later` ones.
-    fn add(&mut self, formation: &Formation, later: &[Formation], who: &str) {
+    /// Assigns the places of a formation, `subject` in messages, before the `later` ones.
+    fn add(&mut self, formation: &Formation, later: &[Formation], subject: &str) {
         let before = self.problems.len();
-        let group = self.group(formation, who);
+        let group = self.group(formation, subject);
         if group.len() > MOST_ASSIGNED {
-            let message = format!("{who} is too large");
+            let message = format!("{subject} is too large");
             let label = format!("{} drones, at most {MOST_ASSIGNED}", group.len());
             let problem = Problem::at(&formation.at, message).label(label);
             self.problems.push(problem);
@@ -278,14 +278,14 @@ impl Assignment<'_> {
                     _ => format!("{many} {of}s"),
                 };
                 let (places, drones) = (counted(places, "place"), counted(drones, "drone"));
-                let message = format!("{who} has {places} for {drones}");
+                let message = format!("{subject} has {places} for {drones}");
                 let problem = Problem::at(at, message).label("as many of both are required");
                 self.problems.push(problem);
             }
             return;
         }
-        self.are_inside(&places, who);
-        self.are_apart(formation, &group, &places, who);
+        self.are_inside(&places, subject);
+        self.are_apart(formation, &group, &places, subject);
         // Places that are wrong are assigned in their order, so that all of them are checked
         // against obstacles.
         let is_sound = self.problems.len() == before;
@@ -294,7 +294,7 @@ impl Assignment<'_> {
             _ => (0..places.len()).collect(),
         };
         if is_sound {
-            self.are_in_time(formation, (&group, &taken), &places, who);
+            self.are_in_time(formation, (&group, &taken), &places, subject);
         }
         if formation.home_m.is_none() {
             let drones = group.iter().map(|&drone| &self.with_tasks.drones[drone]);
@@ -321,7 +321,7 @@ impl Assignment<'_> {
     }
 
     /// Indices of a formation's drones, in its order.
-    fn group(&mut self, formation: &Formation, who: &str) -> Vec<usize> {
+    fn group(&mut self, formation: &Formation, subject: &str) -> Vec<usize> {
         let drones = &self.with_tasks.drones;
         let Some(names) = &formation.drones else {
             return (0..drones.len()).collect();
@@ -334,11 +334,11 @@ impl Assignment<'_> {
                     group.push(index);
                     continue;
                 }
-                Some(_) => Problem::at(&name.at, format!("{who} names `{}` twice", name.value)),
+                Some(_) => Problem::at(&name.at, format!("{subject} names `{}` twice", name.value)),
                 None => {
                     let known = drones.iter().map(|it| it.name.as_str());
                     let meant = nearest(&name.value, known).map(did_you_mean);
-                    let message = format!("{who} has no drone `{}`", name.value);
+                    let message = format!("{subject} has no drone `{}`", name.value);
                     Problem::at(&name.at, message).maybe_help(meant)
                 }
             };
@@ -448,7 +448,7 @@ impl Assignment<'_> {
     }
 
     /// Reports places out of bounds: each that is listed, those of a shape together.
-    fn are_inside(&mut self, places: &[Place], who: &str) {
+    fn are_inside(&mut self, places: &[Place], subject: &str) {
         let Bounds { min, max } = &self.with_tasks.bounds_m;
         let is_outside = |place: &&Place| {
             let at = place.value;
@@ -459,8 +459,8 @@ impl Assignment<'_> {
             let [first, ..] = same else { continue };
             let Point3 { coords } = first.value;
             let message = match same.len() {
-                1 => format!("a place of {who} lies out of bounds"),
-                count => format!("{count} places of {who} lie out of bounds"),
+                1 => format!("a place of {subject} lies out of bounds"),
+                count => format!("{count} places of {subject} lie out of bounds"),
             };
             let label = format!("({:.2}, {:.2}, {:.2})", coords.x, coords.y, coords.z);
             let problem = Problem::at(&first.at, message).label(label);
@@ -470,7 +470,13 @@ impl Assignment<'_> {
 
     /// Reports places too close for any two bodies of the group: each that is listed, the nearest
     /// two of a shape; of `home_m` where drones are to be there together.
-    fn are_apart(&mut self, formation: &Formation, group: &[usize], places: &[Place], who: &str) {
+    fn are_apart(
+        &mut self,
+        formation: &Formation,
+        group: &[usize],
+        places: &[Place],
+        subject: &str,
+    ) {
         let is_together = formation.during_s.is_some() || formation.layer_m.is_some();
         if formation.home_m.is_some() && !is_together {
             return;
@@ -490,7 +496,7 @@ impl Assignment<'_> {
         }
         let near = near.into_iter();
         for (at, nearest_m) in near.filter(|it| needs_m.is_finite() && it.1 < needs_m) {
-            let message = format!("places of {who} are too near to one another");
+            let message = format!("places of {subject} are too near to one another");
             let label = format!("{nearest_m:.2} m from another, at least {needs_m:.2} m");
             let (at, help) = match (&formation.home_m, &formation.layer_m) {
                 (Some(_), Some(layer_m)) => (&layer_m.at, "layers farther from one another"),
@@ -694,7 +700,7 @@ impl Assignment<'_> {
         formation: &Formation,
         (group, taken): (&[usize], &[usize]),
         places: &[Place],
-        who: &str,
+        subject: &str,
     ) {
         let Some(during) = &formation.during_s else {
             return;
@@ -711,7 +717,7 @@ impl Assignment<'_> {
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         let Some(&(drone, at_s)) = last else { return };
         let message = format!(
-            "{} drones of {who} cannot be in place at {due_s} s",
+            "{} drones of {subject} cannot be in place at {due_s} s",
             late.len()
         );
         let name = &self.with_tasks.drones[drone].name;
@@ -757,7 +763,7 @@ mod tests {
     }
 
     #[test]
-    fn all_that_is_wrong_with_places_is_told_at_once() {
+    fn all_that_is_wrong_with_places_is_reported_at_once() {
         let text = r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (6, 5, 3)),
             obstacles: [(name: "desk", min_m: (0, 4, 0), max_m: (2, 5, 0.8))],
             drones: [

@@ -28,7 +28,7 @@ const BELOW_M: f64 = 0.05;
 const LANDED_M: f64 = 0.01;
 /// Changes of velocity in no time up to this are rounding in the file (m/s), chosen here: a
 /// millisecond in a tenth of a second at 2 m/s.
-const TOLD_TURN_MPS: f64 = 0.05;
+const REPORTED_TURN_MPS: f64 = 0.05;
 
 /// What one drone is to fly.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +114,7 @@ pub fn intended_as_plan(
     remarks.extend(more);
     let below = drones.iter().filter_map(|it| it.below(floor_z_m));
     none_of(below.collect())?;
-    remarks.extend(told(&world, &drones));
+    remarks.extend(remarks_of(&world, &drones));
     let solids = Solids::new(&world.obstacles);
     let flown = world.drones.iter().zip(drones);
     let flown = flown.map(|(drone, intended)| plan_of(&world, &solids, drone, intended));
@@ -243,7 +243,7 @@ impl Intended {
 
 /// What is reported and not judged: the drone that is fastest over its airframe's speed, and the
 /// sharpest corner.
-fn told(world: &World, drones: &[Intended]) -> Vec<String> {
+fn remarks_of(world: &World, drones: &[Intended]) -> Vec<String> {
     let mut remarks = Vec::new();
     let fastest = world.drones.iter().zip(drones).map(|(drone, intended)| {
         let (speed_mps, at_s) = intended.fastest();
@@ -265,7 +265,7 @@ fn told(world: &World, drones: &[Intended]) -> Vec<String> {
     }
     let sharpest = drones.iter().map(|it| (it.sharpest(), &it.name));
     let sharpest = sharpest.max_by(|a, b| a.0.0.total_cmp(&b.0.0));
-    if let Some(((by_mps, at_s), name)) = sharpest.filter(|it| it.0.0 > TOLD_TURN_MPS) {
+    if let Some(((by_mps, at_s), name)) = sharpest.filter(|it| it.0.0 > REPORTED_TURN_MPS) {
         remarks.push(format!(
             "corners are told, not judged: `{name}` changes its velocity by {by_mps:.2} m/s in no time at {at_s:.2} s"
         ));

@@ -506,7 +506,7 @@ mod tests {
     use crate::scenario::read_world;
 
     #[test]
-    fn where_a_drone_cannot_be_is_told_beside_what_else_is_wrong_with_it() {
+    fn where_a_drone_cannot_be_is_reported_beside_what_else_is_wrong_with_it() {
         let wrongs = [
             (
                 "airframe: \"colibri\", start_m: (1, 1, 1)",

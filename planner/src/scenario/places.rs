@@ -17,7 +17,7 @@ pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Optio
 }
 
 /// Whether `min` lies below `max` on every axis, by a size in range.
-fn box_has_volume(reader: &mut Reader<'_>, who: &str, min: &Place, max: &Place) -> bool {
+fn box_has_volume(reader: &mut Reader<'_>, subject: &str, min: &Place, max: &Place) -> bool {
     let flat: Vec<String> = ["x", "y", "z"]
         .into_iter()
         .enumerate()
@@ -28,7 +28,7 @@ fn box_has_volume(reader: &mut Reader<'_>, who: &str, min: &Place, max: &Place) 
         return true;
     }
     let swapped = (0..3).all(|axis| max.value[axis] <= min.value[axis]);
-    let problem = Problem::at(&max.at, format!("{who} encloses nothing"))
+    let problem = Problem::at(&max.at, format!("{subject} encloses nothing"))
         .label(listed(&flat, "and"))
         .help(if swapped {
             "swap its two corners"
@@ -59,10 +59,10 @@ pub(super) fn obstacle<'t>(
     });
     let at_m = record.optional(reader, "at_m", Reader::place);
     let one_shape = is_one_shape(reader, &record);
-    let who = record.who.clone();
+    let subject = record.subject.clone();
     record.close(reader);
     if let (true, Some(min), Some(max)) = (one_shape, &min_m, &max_m) {
-        box_has_volume(reader, &who, min, max);
+        box_has_volume(reader, &subject, min, max);
     }
     let obstacle = Obstacle {
         name,
@@ -89,9 +89,9 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
         .iter()
         .filter(|(_, needed, more)| needed.iter().chain(*more).any(|key| record.has(key)))
         .collect();
-    let who = &record.who;
+    let subject = &record.subject;
     let problem = match begun.as_slice() {
-        [] => Problem::at(record.head(), format!("{who} has no shape"))
+        [] => Problem::at(record.head(), format!("{subject} has no shape"))
             .label("neither box, cylinder nor mesh")
             .help("give min_m and max_m, or base_m, radius_m and height_m, or mesh"),
         [(shape, needed, _)] => {
@@ -100,13 +100,13 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
             if missing.is_empty() {
                 return true;
             }
-            let message = format!("{who} has no {}", listed(&missing, "and"));
+            let message = format!("{subject} has no {}", listed(&missing, "and"));
             Problem::at(record.head(), message).label(format!("a {shape} needs it"))
         }
         several => {
             let shapes = several.iter().map(|(shape, ..)| format!("a {shape}"));
             let shapes: Vec<String> = shapes.collect();
-            let message = format!("{who} is {} at once", listed(&shapes, "and"));
+            let message = format!("{subject} is {} at once", listed(&shapes, "and"));
             let problem = Problem::at(record.head(), message).label("one shape each");
             problem.help("make two obstacles of it")
         }
@@ -127,10 +127,10 @@ pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) 
     let keep_out = record.optional(reader, "keep_out", |reader, field| {
         reader.word(field, &[("true", true), ("false", false)])
     });
-    let who = record.who.clone();
+    let subject = record.subject.clone();
     record.close(reader);
     let (min_m, max_m) = (min_m?, max_m?);
-    box_has_volume(reader, &who, &min_m, &max_m);
+    box_has_volume(reader, &subject, &min_m, &max_m);
     let zone = Zone {
         name,
         min_m,

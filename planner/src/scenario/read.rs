@@ -208,7 +208,7 @@ fn drone<'t>(
     });
     let tasks = record.optional(reader, "tasks", |reader, field| {
         Some(reader.list(field, |reader, value, index| {
-            task(reader, value, index, field.who)
+            task(reader, value, index, field.subject)
         }))
     });
     let at_end = record.optional(reader, "at_end", |reader, field| {

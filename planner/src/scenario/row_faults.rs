@@ -3,16 +3,16 @@
 use std::fmt;
 
 /// Faults that are listed; the others are counted. Chosen here: what one reads.
-const MOST_TOLD: usize = 20;
+const MOST_LISTED: usize = 20;
 /// Lines that are named of one fault; the others are counted. Chosen here.
 const MOST_LINES: usize = 3;
 
 /// What is wrong with the rows of a table, in the order in which it was found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RowFaults {
-    told: Vec<RowFault>,
-    /// Beyond [`MOST_TOLD`].
-    untold: usize,
+    listed: Vec<RowFault>,
+    /// Beyond [`MOST_LISTED`].
+    omitted: usize,
 }
 
 /// One fault of one row or several.
@@ -29,22 +29,22 @@ impl RowFaults {
     /// Adds what is wrong at a line, counted from 1.
     pub fn add(&mut self, line: u64, what: impl Into<String>) {
         let what = what.into();
-        if let Some(known) = self.told.iter_mut().find(|it| it.what == what) {
+        if let Some(known) = self.listed.iter_mut().find(|it| it.what == what) {
             known.count += 1;
             if known.lines.len() < MOST_LINES {
                 known.lines.push(line);
             }
-        } else if self.told.len() < MOST_TOLD {
+        } else if self.listed.len() < MOST_LISTED {
             let (lines, count) = (vec![line], 1);
-            self.told.push(RowFault { lines, count, what });
+            self.listed.push(RowFault { lines, count, what });
         } else {
-            self.untold += 1;
+            self.omitted += 1;
         }
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.told.is_empty()
+        self.listed.is_empty()
     }
 
     /// What was read, where nothing is wrong.
@@ -62,7 +62,7 @@ impl RowFaults {
 
 impl fmt::Display for RowFaults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, RowFault { lines, count, what }) in self.told.iter().enumerate() {
+        for (index, RowFault { lines, count, what }) in self.listed.iter().enumerate() {
             let more = count - lines.len();
             let lines: Vec<String> = lines.iter().map(u64::to_string).collect();
             let lines = lines.join(", ");
@@ -75,10 +75,10 @@ impl fmt::Display for RowFaults {
                 _ => write!(f, "lines {lines} and {more} more: {what}")?,
             }
         }
-        match self.untold {
+        match self.omitted {
             0 => Ok(()),
             1 => f.write_str("\n  and one more"),
-            untold => write!(f, "\n  and {untold} more"),
+            omitted => write!(f, "\n  and {omitted} more"),
         }
     }
 }
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_is_told_once_and_no_more_than_one_reads() {
+    fn the_same_is_reported_once_and_no_more_than_one_reads() {
         let mut faults = RowFaults::default();
         assert_eq!(faults.clone().or(7), Ok(7));
         for line in [3, 5, 6, 9, 11] {
@@ -103,7 +103,7 @@ mod tests {
             faults.add(line, format!("`{line}`"));
         }
         let told = faults.to_string();
-        assert_eq!(told.lines().count(), MOST_TOLD + 1);
+        assert_eq!(told.lines().count(), MOST_LISTED + 1);
         assert!(told.ends_with("\n  and 62 more"), "{told}");
         assert!(faults.or(7).is_err());
     }

@@ -27,15 +27,15 @@ pub(crate) mod synchronous;
 mod table;
 
 pub(crate) use ask::{Querier, StepQuery};
-use column::{Column, Glance, Record};
+use column::{OccupancyMask, StepColumn, StepRecord};
 use pieces::pieces;
 pub(crate) use steps::Steps;
-use steps::{Pace, STILL, cells};
+use steps::{STILL, StepFootprint, cells};
 use table::Hovering;
 
 /// A drone's leg, as it concerns hovering at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Taken {
+struct UnsafeInterval {
     began: Tick,
     clear: Tick,
     /// See [`Blocker::flown`](costmap::verdict::Blocker::flown).
@@ -45,7 +45,7 @@ struct Taken {
     price: u16,
 }
 
-impl Taken {
+impl UnsafeInterval {
     /// Whether it forbids to hover there for good.
     fn closes(&self) -> bool {
         self.clear == Tick::FOREVER && self.price == FORBIDDEN
@@ -60,11 +60,11 @@ const FORBIDDEN: u16 = u16::MAX;
 pub(crate) struct ReservationTable<'a> {
     steps: &'a Steps,
     /// By column: x first, then y.
-    columns: Vec<Column>,
+    columns: Vec<StepColumn>,
     /// Of each, when a drone may be there.
-    glances: Vec<Glance>,
+    occupancy_masks: Vec<OccupancyMask>,
     /// By class and place, in order of beginning.
-    taken: Vec<Vec<Vec<Taken>>>,
+    unsafe_intervals: Vec<Vec<Vec<UnsafeInterval>>>,
     /// By class and place, from when on hovering there is forbidden for good.
     closed: Vec<Vec<Tick>>,
     /// By class, how many places that are.
@@ -86,9 +86,12 @@ impl<'a> ReservationTable<'a> {
         let [nx, ny, _] = steps.lattice.counts();
         let mut reservations = ReservationTable {
             steps,
-            columns: vec![Column::default(); nx * ny],
-            glances: vec![Glance::default(); nx * ny],
-            taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
+            columns: vec![StepColumn::default(); nx * ny],
+            occupancy_masks: vec![OccupancyMask::default(); nx * ny],
+            unsafe_intervals: vec![
+                vec![Vec::new(); steps.lattice.place_count()];
+                steps.class_count()
+            ],
             closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
             closed_count: vec![0; steps.class_count()],
             closed_columns: vec![vec![Tick::FOREVER; nx * ny]; steps.class_count()],
@@ -128,13 +131,13 @@ impl<'a> ReservationTable<'a> {
     pub(crate) fn insert(&mut self, legs: &[Leg]) {
         self.each_step(legs, |table, column, at, record| {
             table.columns[column].insert(record);
-            table.glances[column].add(&record);
-            table.take_places(at, &record);
+            table.occupancy_masks[column].add(&record);
+            table.add_unsafe_intervals(at, &record);
         });
     }
 
     /// Calls `f` with every step of a drone's legs: its column, and where it begins.
-    fn each_step(&mut self, legs: &[Leg], f: impl Fn(&mut Self, usize, [i32; 3], Record)) {
+    fn each_step(&mut self, legs: &[Leg], f: impl Fn(&mut Self, usize, [i32; 3], StepRecord)) {
         let mut next_part = 0;
         for (index, leg) in legs.iter().enumerate() {
             let first_part = next_part;
@@ -146,7 +149,7 @@ impl<'a> ReservationTable<'a> {
             let around = around.map(|index| index.and_then(|index| legs.get(index)));
             let [early, late] = self.steps.shifted(class, around);
             pieces(&self.steps.lattice, leg, |at, direction, [start, end]| {
-                let record = Record {
+                let record = StepRecord {
                     start,
                     end,
                     drone: leg.drone,
@@ -165,29 +168,29 @@ impl<'a> ReservationTable<'a> {
         }
     }
 
-    fn take_places(&mut self, at: [i32; 3], record: &Record) {
+    fn add_unsafe_intervals(&mut self, at: [i32; 3], record: &StepRecord) {
         for me in 0..self.steps.class_count() {
-            self.around(me, at, record, |reservations, place, taken| {
-                if taken.closes() {
+            self.around(me, at, record, |reservations, place, interval| {
+                if interval.closes() {
                     let closed = &mut reservations.closed[me][place as usize];
                     reservations.closed_count[me] += u32::from(*closed == Tick::FOREVER);
-                    *closed = taken.began.min(*closed);
+                    *closed = interval.began.min(*closed);
                     reservations.settle_column(me, place);
                 }
-                let all = &mut reservations.taken[me][place as usize];
+                let all = &mut reservations.unsafe_intervals[me][place as usize];
                 // What lasts on is one interval.
-                let last = all.iter().rposition(|known| known.drone == taken.drone);
+                let last = all.iter().rposition(|known| known.drone == interval.drone);
                 if let Some(known) = last.map(|last| &mut all[last])
-                    && known.price == taken.price
-                    && known.began <= taken.began
-                    && taken.began <= known.clear
+                    && known.price == interval.price
+                    && known.began <= interval.began
+                    && interval.began <= known.clear
                 {
-                    known.clear = known.clear.max(taken.clear);
-                    known.flown[1] = known.flown[1].max(taken.flown[1]);
+                    known.clear = known.clear.max(interval.clear);
+                    known.flown[1] = known.flown[1].max(interval.flown[1]);
                     return;
                 }
-                let index = all.partition_point(|known| known.began <= taken.began);
-                all.insert(index, taken);
+                let index = all.partition_point(|known| known.began <= interval.began);
+                all.insert(index, interval);
             });
         }
     }
@@ -207,10 +210,10 @@ impl<'a> ReservationTable<'a> {
     pub(crate) fn remove(&mut self, legs: &[Leg]) {
         self.each_step(legs, |table, column, at, record| {
             table.columns[column].remove(record.drone);
-            table.glances[column] = table.columns[column].glance();
+            table.occupancy_masks[column] = table.columns[column].occupancy_mask();
             for me in 0..table.steps.class_count() {
                 table.around(me, at, &record, |table, place, _| {
-                    let all = &mut table.taken[me][place as usize];
+                    let all = &mut table.unsafe_intervals[me][place as usize];
                     all.retain(|known| known.drone != record.drone);
                     let closing = all.iter().filter(|it| it.closes());
                     let first = closing.map(|it| it.began).min();
@@ -230,8 +233,8 @@ impl<'a> ReservationTable<'a> {
         &mut self,
         me: usize,
         at: [i32; 3],
-        record: &Record,
-        mut f: impl FnMut(&mut Self, Vertex, Taken),
+        record: &StepRecord,
+        mut f: impl FnMut(&mut Self, Vertex, UnsafeInterval),
     ) {
         let steps = self.steps;
         let other = usize::from(record.class);
@@ -245,8 +248,8 @@ impl<'a> ReservationTable<'a> {
                 continue;
             }
             let flown = [record.start, record.end];
-            let taken = if span.is_empty() {
-                Taken {
+            let interval = if span.is_empty() {
+                UnsafeInterval {
                     began: record.start,
                     clear: record.end,
                     flown,
@@ -254,8 +257,8 @@ impl<'a> ReservationTable<'a> {
                     price: span.price,
                 }
             } else {
-                let [began, clear] = steps.taken(span, record);
-                Taken {
+                let [began, clear] = steps.unsafe_time(span, record);
+                UnsafeInterval {
                     began: began.before(steps.shift + u32::from(record.early)),
                     clear: clear.after(steps.shift + u32::from(record.late)),
                     flown,
@@ -263,7 +266,7 @@ impl<'a> ReservationTable<'a> {
                     price: FORBIDDEN,
                 }
             };
-            f(self, place, taken);
+            f(self, place, interval);
         }
     }
 
@@ -274,14 +277,14 @@ impl<'a> ReservationTable<'a> {
         at: [i32; 3],
         direction: usize,
         others: [i32; 3],
-        record: &Record,
+        record: &StepRecord,
     ) -> bool {
-        let pace = |class, at, direction| {
+        let footprint = |class, at, direction| {
             let by = cells(direction);
-            Pace { class, at, by }
+            StepFootprint { class, at, by }
         };
-        let mine = pace(me, at, direction);
-        let theirs = pace(other, others, usize::from(record.direction));
+        let mine = footprint(me, at, direction);
+        let theirs = footprint(other, others, usize::from(record.direction));
         self.steps.can_meet(&mine, &theirs, record.flying)
     }
 }

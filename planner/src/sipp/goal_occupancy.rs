@@ -8,11 +8,11 @@ use costmap::verdict::{Blocker, Verdict, Why};
 
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::roadmap::Vertex;
-use crate::sipp::search::setting::{IMMOVABLE, Setting};
+use crate::sipp::search::setting::{IMMOVABLE, SearchSetting};
 
 /// What it costs to dwell at each task, and to end.
 #[derive(Debug)]
-pub(crate) struct Stays {
+pub(crate) struct GoalOccupancyCosts {
     /// In order; those that cost nothing are left out.
     priced: Vec<Stay>,
     /// An immovable drone that never leaves, and from when on it is there.
@@ -27,19 +27,19 @@ struct Stay {
     /// From its beginning to the end of the last dwell, with no other drone there.
     rest_ticks: u32,
     /// By its beginning.
-    price: StayPrice,
+    price: GoalOccupancyCost,
 }
 
 /// Least time plus price of a stay, as a function of the arrival.
 #[derive(Clone, Debug, Default)]
-struct StayPrice {
+struct GoalOccupancyCost {
     /// From when on, and the price of all drones met by a stay from then.
     steps: Vec<(u32, u32)>,
     /// Least total of any later step.
     later: Vec<u32>,
     /// Drones met at any time, and their prices.
     drones: Vec<(DroneId, u32)>,
-    /// See [`Stays::never`].
+    /// See [`GoalOccupancyCosts::never`].
     never: Option<(DroneId, Why, Tick)>,
 }
 
@@ -59,9 +59,9 @@ impl Lasts {
     }
 }
 
-impl StayPrice {
+impl GoalOccupancyCost {
     /// The price of `stay`, whenever it begins, for as long as it lasts.
-    fn new(setting: &Setting<'_>, stay: Leg, lasts: Lasts) -> StayPrice {
+    fn new(setting: &SearchSetting<'_>, stay: Leg, lasts: Lasts) -> GoalOccupancyCost {
         let mut verdict = Verdict::default();
         setting.judge(&stay, &mut verdict);
         let blockers = &mut verdict.blockers;
@@ -83,7 +83,7 @@ impl StayPrice {
         }
         blockers.dedup_by_key(|b| b.drone);
         let weighed = |b: &Blocker| (b.drone, setting.weights[b.drone.0 as usize]);
-        StayPrice {
+        GoalOccupancyCost {
             steps,
             later,
             drones: blockers.iter().map(weighed).collect(),
@@ -130,9 +130,9 @@ impl StayPrice {
     }
 }
 
-impl Stays {
+impl GoalOccupancyCosts {
     /// Those of an agent among every drone planned.
-    pub(crate) fn new(setting: &Setting<'_>, agent: &Agent) -> Stays {
+    pub(crate) fn new(setting: &SearchSetting<'_>, agent: &Agent) -> GoalOccupancyCosts {
         let stay = |at: Vertex, kind: KindId, flying: bool| Leg {
             flying,
             start: agent.departs,
@@ -146,8 +146,8 @@ impl Stays {
             };
             let hovers = stay(waypoint.distances.goal(), kind, true);
             let price = match (lasts.ticks, lasts.until) {
-                (0, 0) => StayPrice::default(),
-                _ => StayPrice::new(setting, hovers, lasts),
+                (0, 0) => GoalOccupancyCost::default(),
+                _ => GoalOccupancyCost::new(setting, hovers, lasts),
             };
             (waypoint.rest_ticks, price)
         });
@@ -156,9 +156,9 @@ impl Stays {
             (Ending::Hover, Some(&kind)) => {
                 let ticks = u32::MAX;
                 let lasts = Lasts { ticks, until: 0 };
-                StayPrice::new(setting, stay(agent.last_vertex(), kind, flies), lasts)
+                GoalOccupancyCost::new(setting, stay(agent.last_vertex(), kind, flies), lasts)
             }
-            _ => StayPrice::default(),
+            _ => GoalOccupancyCost::default(),
         };
         let mut never = None;
         let all = dwells.chain(std::iter::once((0, end)));
@@ -172,7 +172,7 @@ impl Stays {
                     price,
                 })
             });
-        Stays {
+        GoalOccupancyCosts {
             priced: priced.collect(),
             never,
         }
@@ -199,7 +199,7 @@ impl Stays {
     }
 
     /// Prices of the stays that are still to come, each with the least tick at which it can begin.
-    fn ahead(&self, waypoint: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
+    fn ahead(&self, waypoint: u16, ends: u32) -> impl Iterator<Item = (&GoalOccupancyCost, u32)> {
         let priced = self.priced.iter();
         let ahead = priced.filter(move |stay| stay.waypoint >= waypoint);
         ahead.map(move |stay| (&stay.price, ends.saturating_sub(stay.rest_ticks)))
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stay_until_a_moment_meets_all_who_come_before_it() {
+    fn a_stay_until_a_moment_meets_all_drones_that_come_before_it() {
         let blockers = [blocker(0, 100, 200), blocker(1, 500, 600)];
         let lasts = Lasts {
             ticks: 50,
@@ -310,7 +310,7 @@ mod tests {
 
     /// What stays for a task of one second, and for the end, where an immovable drone comes to stay
     /// from a moment on.
-    fn beside_one_that_comes(began: u32, goals: &str) -> Stays {
+    fn beside_one_that_comes(began: u32, goals: &str) -> GoalOccupancyCosts {
         let text = format!(
             r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), drones: [
                 (name: "a", airframe: "kolibri", start_m: (0.5, 0.5, 1.5), tasks: [{goals}]),
@@ -323,8 +323,8 @@ mod tests {
             start: Tick(began),
             ..job.agents[1].hover(Point3::new(4.5, 4.5, 1.5), job.agents[1].kinds[0])
         }]);
-        let setting = Setting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
-        Stays::new(&setting, &job.agents[0])
+        let setting = SearchSetting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
+        GoalOccupancyCosts::new(&setting, &job.agents[0])
     }
 
     #[test]
@@ -332,14 +332,14 @@ mod tests {
         let there = "(to_m: (4.5, 4.5, 1.5), dwell_s: 1)";
         let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
         assert_eq!(beside_one_that_comes(3_000, &on).never, None);
-        let met = |stays: Stays| stays.never.map(|(drone, _, _)| drone);
+        let met = |costs: GoalOccupancyCosts| costs.never.map(|(drone, _, _)| drone);
         assert_eq!(met(beside_one_that_comes(50, &on)), Some(DroneId(1)));
         assert_eq!(met(beside_one_that_comes(3_000, there)), Some(DroneId(1)));
     }
 
     /// What stays in a zone that holds one drone alone, where an immovable drone comes to stay
     /// beside it from a moment on.
-    fn in_one_zone_with_one_that_comes(began: u32, tasks: &str) -> Stays {
+    fn in_one_zone_with_one_that_comes(began: u32, tasks: &str) -> GoalOccupancyCosts {
         let text = format!(
             r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), zones: [
                 (name: "desk", min_m: (3, 3, 0), max_m: (6, 6, 0.5), air_limit_mps: 7)],
@@ -354,8 +354,8 @@ mod tests {
             start: Tick(began),
             ..job.agents[1].hover(Point3::new(3.5, 3.5, 1.5), job.agents[1].kinds[0])
         }]);
-        let setting = Setting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
-        Stays::new(&setting, &job.agents[0])
+        let setting = SearchSetting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
+        GoalOccupancyCosts::new(&setting, &job.agents[0])
     }
 
     #[test]
@@ -363,7 +363,7 @@ mod tests {
         let there = "(to_m: (5.5, 5.5, 1.5), dwell_s: 1)";
         let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
         assert_eq!(in_one_zone_with_one_that_comes(3_000, &on).never, None);
-        let met = |stays: Stays| stays.never.map(|(drone, why, _)| (drone, why));
+        let met = |costs: GoalOccupancyCosts| costs.never.map(|(drone, why, _)| (drone, why));
         let by_zone = Some((DroneId(1), Why::Zone));
         assert_eq!(met(in_one_zone_with_one_that_comes(50, &on)), by_zone);
         assert_eq!(met(in_one_zone_with_one_that_comes(3_000, there)), by_zone);
@@ -371,7 +371,7 @@ mod tests {
 
     #[test]
     fn to_wait_is_chosen_where_it_is_cheaper() {
-        let stay = StayPrice {
+        let stay = GoalOccupancyCost {
             steps: vec![(0, 500), (300, 0)],
             later: vec![300, u32::MAX],
             drones: vec![(DroneId(0), 500)],
@@ -381,7 +381,7 @@ mod tests {
         assert_eq!((stay.excess(300, |_| false), stay.slack(300)), (0, 0));
         // A drone evicted on the way there is paid for once.
         assert_eq!(stay.excess(100, |drone| drone == DroneId(0)), 0);
-        let dear_wait = StayPrice {
+        let dear_wait = GoalOccupancyCost {
             steps: vec![(0, 50), (300, 0)],
             later: vec![300, u32::MAX],
             drones: vec![(DroneId(0), 50)],

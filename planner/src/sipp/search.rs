@@ -20,24 +20,24 @@ use std::rc::Rc;
 use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
-use crate::graph::agent::{Agent, FORGIVEN_TICKS};
-use crate::sipp::goal_occupancy::Stays;
+use crate::graph::agent::{Agent, TOLERANCE_TICKS};
+use crate::sipp::goal_occupancy::GoalOccupancyCosts;
 
 mod answer;
+mod eviction_lists;
 mod heuristic;
 mod label;
 mod memo;
-mod met;
 mod node;
 pub(crate) mod setting;
 mod walk;
 
-pub(crate) use answer::{Found, Obstruction, Obstructor, Path, Searched, joined};
+pub(crate) use answer::{Obstruction, Obstructor, Path, SearchOutcome, Searched, joined};
 use heuristic::Heuristic;
 use memo::Memo;
 use setting::Refuted;
-pub(crate) use setting::{IMMOVABLE, Setting};
-use walk::Search;
+pub(crate) use setting::{IMMOVABLE, SearchSetting};
+use walk::PathSearch;
 
 /// What is left to fly counts one part in 2ⁿ more than it takes, so that of paths that differ by
 /// less the one found first will do. The part bounds the excess of an answer over the best. Chosen
@@ -78,9 +78,9 @@ const MOST_TRIES: usize = 16;
 /// edges are judged at once in the next try. A drone on the ground that is due somewhere waits
 /// there for as long as that neither makes it late nor evicts a drone; half of the states may go
 /// into that.
-pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
+pub(crate) fn search(setting: SearchSetting<'_>, agent: &Agent) -> Searched {
     let within = |agent: &Agent, most_expansions| {
-        let setting = Setting {
+        let setting = SearchSetting {
             most_expansions,
             ..setting
         };
@@ -90,7 +90,9 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
     let late = agent.takes_off_late(setting.roadmap);
     let late = late.map(|late| within(&late, most / 2));
     let searched = match late {
-        Some(late) if matches!(&late.found, Found::Path(path) if path.met.is_empty()) => late,
+        Some(late) if matches!(&late.found, SearchOutcome::Path(path) if path.evicted.is_empty()) => {
+            late
+        }
         late => {
             let spent = late.map_or(0, |late| late.expansions);
             let mut searched = within(agent, most.saturating_sub(spent));
@@ -106,53 +108,53 @@ pub(crate) fn search(setting: Setting<'_>, agent: &Agent) -> Searched {
 /// states lead nowhere, once more with paths that come back; for a drone under way then once more,
 /// with its first steps judged in full. Blockers that refute a path obstruct the next; those left
 /// in the end are evicted, or every step is judged in full.
-fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
+fn find(setting: SearchSetting<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(Refuted::default());
     let mut expansions = 0;
     let mut heuristic = None;
     let mut free = Vec::new();
     let memo = Rc::new(RefCell::new(Memo::default()));
-    let stays = Rc::new(Stays::new(&setting, agent));
+    let goal_costs = Rc::new(GoalOccupancyCosts::new(&setting, agent));
     let tries = setting.reservations.map_or(0, |_| MOST_TRIES);
     // A drone under way may at first be too near to others for any table.
     let at_first = (!setting.under_way.is_empty()).then(|| {
         let most = STATES_AT_FIRST.saturating_mul(setting.most_untabulated);
-        (agent.departs.after(FORGIVEN_TICKS), most)
+        (agent.departs.after(TOLERANCE_TICKS), most)
     });
-    let by_tables = [false, true].map(|comes_back| (Tick(0), u64::MAX, comes_back));
+    let by_tables = [false, true].map(|allows_revisits| (Tick(0), u64::MAX, allows_revisits));
     let at_first = at_first.map(|(until, most)| (until, most, false));
     // Whether all reachable states were expanded in vain.
     let mut is_exhausted = false;
     let mut obstruction = None;
-    for (judged_until, most, comes_back) in by_tables.into_iter().chain(at_first) {
-        if comes_back && (setting.comes_back || !is_exhausted) {
+    for (judged_until, most, allows_revisits) in by_tables.into_iter().chain(at_first) {
+        if allows_revisits && (setting.allows_revisits || !is_exhausted) {
             continue;
         }
         let most = most.min(setting.most_expansions.saturating_sub(expansions));
         let until = expansions + most;
         for left in (0..tries).rev() {
             // All tries together take no more states than one search may.
-            let rest = Setting {
+            let rest = SearchSetting {
                 most_expansions: until.saturating_sub(expansions),
                 judged_until,
-                comes_back: comes_back || setting.comes_back,
+                allows_revisits: allows_revisits || setting.allows_revisits,
                 ..setting
             };
-            let mut searched = look(rest, agent, &refuted, (&stays, &memo), &mut heuristic);
+            let mut searched = look(rest, agent, &refuted, (&goal_costs, &memo), &mut heuristic);
             expansions += searched.expansions;
             searched.expansions = expansions;
-            let Found::Path(path) = &mut searched.found else {
+            let SearchOutcome::Path(path) = &mut searched.found else {
                 match searched.found {
-                    Found::Blocked(by) => obstruction = by,
+                    SearchOutcome::Blocked(by) => obstruction = by,
                     _ => return searched,
                 }
                 is_exhausted = expansions < until;
                 break;
             };
-            let against = objections(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
-            let gives_way =
-                |path: &mut Path| (left == 0 || !against.are_new) && against.give_way(path);
-            if against.all.is_allowed() || gives_way(path) {
+            let against = refute_path(&setting, agent, path, &mut free, Rc::make_mut(&mut refuted));
+            let may_evict =
+                |path: &mut Path| (left == 0 || !against.are_new) && against.evict_all(path);
+            if against.all.is_allowed() || may_evict(path) {
                 return searched;
             }
             if !against.are_new {
@@ -162,12 +164,12 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     }
     if setting.reservations.is_some() && setting.under_way.len() > MOST_JUDGED_IN_FULL {
         return Searched {
-            found: Found::Blocked(obstruction),
+            found: SearchOutcome::Blocked(obstruction),
             expansions,
         };
     }
     let left = setting.most_expansions.saturating_sub(expansions);
-    let whole = Setting {
+    let whole = SearchSetting {
         reservations: None,
         most_expansions: match setting.reservations {
             Some(_) => left.min(setting.most_untabulated),
@@ -176,16 +178,22 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         ..setting
     };
     let memo = Rc::default();
-    let mut searched = look(whole, agent, &Rc::default(), (&stays, &memo), &mut None);
+    let mut searched = look(
+        whole,
+        agent,
+        &Rc::default(),
+        (&goal_costs, &memo),
+        &mut None,
+    );
     searched.expansions += expansions;
-    if let Found::Path(path) = &mut searched.found
+    if let SearchOutcome::Path(path) = &mut searched.found
         && agent.smoothing.is_some()
     {
         // Changes of velocity that follow one another closely were judged one by one.
         let refuted = &mut Refuted::default();
-        let against = objections(&whole, agent, path, &mut Vec::new(), refuted);
-        if !against.give_way(path) {
-            searched.found = Found::Blocked(None);
+        let against = refute_path(&whole, agent, path, &mut Vec::new(), refuted);
+        if !against.evict_all(path) {
+            searched.found = SearchOutcome::Blocked(None);
         }
     }
     searched
@@ -193,7 +201,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
 
 /// What the costmap has against a path that the search did not know of.
 #[derive(Default)]
-struct Objections {
+struct PathRefutation {
     /// All of it.
     all: Verdict,
     /// Any of it is new: it is refuted then.
@@ -202,21 +210,22 @@ struct Objections {
     any_firm: bool,
 }
 
-impl Objections {
-    /// Whether all blockers of the path can be evicted; then the path meets them.
-    fn give_way(&self, path: &mut Path) -> bool {
+impl PathRefutation {
+    /// Whether all blockers of the path can be evicted; then the path evicts them.
+    fn evict_all(&self, path: &mut Path) -> bool {
         if self.all.breaks_zone.is_some() || self.any_firm {
             return false;
         }
-        path.met.extend(self.all.blockers.iter().map(|it| it.drone));
-        path.met.sort_unstable();
-        path.met.dedup();
+        path.evicted
+            .extend(self.all.blockers.iter().map(|it| it.drone));
+        path.evicted.sort_unstable();
+        path.evicted.dedup();
         true
     }
 }
 
 /// Whether a plain look fails, or takes as long as one past parked drones.
-fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
+fn is_crowded(setting: &SearchSetting<'_>, agent: &Agent) -> bool {
     let Some(reservations) = setting.reservations else {
         return false;
     };
@@ -227,33 +236,33 @@ fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
 
 /// What the costmap has against a path. Legs that are `free` need not be judged, and those that are
 /// join them.
-fn objections(
-    setting: &Setting<'_>,
+fn refute_path(
+    setting: &SearchSetting<'_>,
     agent: &Agent,
     path: &Path,
     free: &mut Vec<Leg>,
     refuted: &mut Refuted,
-) -> Objections {
+) -> PathRefutation {
     let lattice = setting.roadmap.lattice();
-    let mut found = Objections::default();
+    let mut found = PathRefutation::default();
     // What has begun is flown in any case, but for how it goes on.
     let begun = (!agent.begun.is_empty()).then(|| agent.departs.before(agent.lead_ticks()));
     let flown = agent.flown(&path.legs);
     let ahead = flown
         .iter()
         .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
-    let is_met = |it: &Blocker, departs| {
+    let is_evicted = |it: &Blocker, departs| {
         let free = agent.free_departure(departs);
-        path.met.contains(&it.drone) && !setting.is_under_way(it, free)
+        path.evicted.contains(&it.drone) && !setting.is_under_way(it, free)
     };
     for leg in ahead {
         if free.contains(leg) {
             continue;
         }
-        // A drone met is evicted by this path, not by the next.
+        // A drone is evicted by this path, not by the next.
         let mut meets_any = false;
         let mut is_known = |it: &Blocker| {
-            let is_known = is_met(it, leg.start) || agent.forgives(it, leg.start);
+            let is_known = is_evicted(it, leg.start) || agent.tolerates(it, leg.start);
             meets_any |= is_known;
             is_known
         };
@@ -284,19 +293,19 @@ fn objections(
 /// One search: a plain look first where few drones obstruct, then past parked drones, with the
 /// weight schedule.
 fn look<'a>(
-    setting: Setting<'a>,
+    setting: SearchSetting<'a>,
     agent: &'a Agent,
     refuted: &Rc<Refuted>,
-    (stays, memo): (&Rc<Stays>, &Rc<RefCell<Memo>>),
+    (goal_costs, memo): (&Rc<GoalOccupancyCosts>, &Rc<RefCell<Memo>>),
     heuristic: &mut Option<Heuristic<'a>>,
 ) -> Searched {
     let mut expansions = 0;
     let begun = |by, weight_shift| {
-        let (refuted, known) = (refuted.clone(), (stays.clone(), memo.clone()));
-        Search::new(setting, agent, refuted, by, known, weight_shift)
+        let (refuted, known) = (refuted.clone(), (goal_costs.clone(), memo.clone()));
+        PathSearch::new(setting, agent, refuted, by, known, weight_shift)
     };
     if refuted.is_empty() && !is_crowded(&setting, agent) {
-        let far = u64::from(agent.alone_ticks) / TICKS_A_STATE;
+        let far = u64::from(agent.lower_bound_ticks) / TICKS_A_STATE;
         let mut search = begun(Heuristic::plain(setting, agent), PLAIN_SHIFT);
         let found = search.run(setting.most_expansions.min(PLAIN_STATES + far));
         expansions = search.expansions;
@@ -323,7 +332,7 @@ fn look<'a>(
     let nearest = search.obstruction;
     *heuristic = Some(search.nodes.into_heuristic());
     Searched {
-        found: found.unwrap_or(Found::Blocked(nearest)),
+        found: found.unwrap_or(SearchOutcome::Blocked(nearest)),
         expansions,
     }
 }

@@ -21,8 +21,8 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
     let drones: Vec<DronePlan> = drones.collect();
     let names =
         (paths.unplanned.iter()).map(|(drone, _)| world.drones[drone.0 as usize].name.as_str());
-    let left_out: BTreeSet<&str> = names.collect();
-    let fleet = fleet(&drones, |drone| !left_out.contains(drone.name.as_str()));
+    let unplanned: BTreeSet<&str> = names.collect();
+    let fleet = fleet(&drones, |drone| !unplanned.contains(drone.name.as_str()));
     Plan {
         fleet,
         ..world.plan_of(drones)
@@ -140,7 +140,7 @@ fn keep_known(trajectory: &mut TrajectoryEntry, before: &TrajectoryEntry) {
 /// Writes down how an agent goes from its departure on: when it arrives, and what the others cost
 /// it.
 pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, arrives: Tick) {
-    let alone = agent.alone_ticks;
+    let lower_bound = agent.lower_bound_ticks;
     // It sinks as late as its motion takes to begin, which is no whole number of ticks.
     let sinks_later_s = match (&agent.smoothing, agent.ending) {
         (Some(it), Ending::Land { .. }) if legs.iter().any(|leg| leg.flying) => {
@@ -150,8 +150,8 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     };
     entry.arrives_s = rounded(arrives.seconds() + sinks_later_s);
     stay_until(&mut entry.trajectory, entry.arrives_s);
-    let there = agent.departs.after(alone);
-    entry.alone_s = match alone {
+    let there = agent.departs.after(lower_bound);
+    entry.alone_s = match lower_bound {
         UNREACHABLE => 0.0,
         // The path alone was found by another search, and need not be shorter.
         _ if arrives > agent.departs => there.min(arrives).seconds(),
@@ -173,10 +173,10 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     // Before it first moves it stands for as long as its motion takes to begin.
     let still = still.saturating_sub(dwells.saturating_add(agent.lead_ticks()));
     // In place before an appointment, a drone is no later for it.
-    let is_timed = alone != UNREACHABLE && agent.waypoints.iter().any(Waypoint::is_timed);
+    let is_timed = lower_bound != UNREACHABLE && agent.waypoints.iter().any(Waypoint::is_timed);
     let later = is_timed.then(|| arrives.0.saturating_sub(there.0));
     entry.waits_s = Tick(later.map_or(still, |it| still.min(it))).seconds();
-    entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
+    entry.detour_m = rounded((flown_m - agent.lower_bound_m).max(0.0));
 }
 
 /// Lets a drone's trajectory last until it arrives as stated, which is at a break point then.

@@ -385,7 +385,7 @@ pub(crate) fn find(world: &World) -> Exclusions {
         let pairs: Vec<(Vec<Excluded>, usize)> = pairs
             .map(|site| exclusions(&judge, &sites, site, most))
             .collect();
-        let untold: usize = pairs.iter().map(|(_, untold)| untold).sum();
+        let omitted: usize = pairs.iter().map(|(_, omitted)| omitted).sum();
         // Of tasks above zones those that no drone can do alone are found by the search.
         let zones = match when {
             EndpointKind::Starts | EndpointKind::Goals => 0..world.zones.len(),
@@ -400,7 +400,7 @@ pub(crate) fn find(world: &World) -> Exclusions {
         }
         found.sort_by_key(|it| it.drone);
         let worst = worst(&found);
-        conflicts.more += untold + found.len() - worst.len();
+        conflicts.more += omitted + found.len() - worst.len();
         let described = worst.into_iter().map(|it| EndpointConflict {
             drone: it.drone,
             blocker: it.blocker,
@@ -458,12 +458,12 @@ fn exclusions(
     most: usize,
 ) -> (Vec<Excluded>, usize) {
     let mut found = Vec::new();
-    let mut untold = 0;
+    let mut omitted = 0;
     let near = sites.near(site);
     let mut named = Vec::new();
     let mut tell = |it: Excluded| match found.len() < most {
         true => found.push(it),
-        false => untold += 1,
+        false => omitted += 1,
     };
     // Backwards: of many, those nearest before it in the fleet are kept.
     for other in near.iter().rev() {
@@ -484,18 +484,18 @@ fn exclusions(
     }
     found.reverse();
     if named.len() >= CROWD {
-        return (found, untold);
+        return (found, omitted);
     }
     // Fewer wakes are no more air.
     if !judge.over_limit(site, judge.air_mps(site, &near)) {
-        return (found, untold);
+        return (found, omitted);
     }
     let moments = sites.moments(site, &near).into_iter();
     let worst = (moments.map(|present| (judge.air_mps(site, &present), present)))
         .reduce(|a, b| if b.0 > a.0 { b } else { a });
     let Some((air_mps, near)) = worst.filter(|(air_mps, _)| judge.over_limit(site, *air_mps))
     else {
-        return (found, untold);
+        return (found, omitted);
     };
     let why = Exclusion::Air {
         air_mps,
@@ -514,10 +514,10 @@ fn exclusions(
         by.extend(strongest.map(|(other, _)| other));
     }
     let room = most.saturating_sub(found.len());
-    untold += by.len().saturating_sub(room);
+    omitted += by.len().saturating_sub(room);
     let by = by.into_iter().take(room);
     found.extend(by.map(|other| pair(site, other, why)));
-    (found, untold)
+    (found, omitted)
 }
 
 /// The exclusion of a site by another.

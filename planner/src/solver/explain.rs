@@ -26,7 +26,9 @@ use crate::solver::endpoints::{self, Excluded, Exclusions, MOST_ALONE};
 use crate::solver::fleet::{MOST_PARTS_LAST, tried};
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
-use crate::solver::refusals::{LARGEST_GROUP, Retried, divided_cells_m, in_their_way, joined};
+use crate::solver::refusals::{
+    LARGEST_GROUP, RetriedGroup, divided_cells_m, joined, obstructions_of,
+};
 use crate::solver::subfleet::{Prepared, Subfleet, Terms};
 use crate::verify::Report;
 
@@ -96,7 +98,7 @@ pub(crate) struct Refusals<'a> {
     pub(crate) paths: &'a Paths,
     pub(crate) endpoints: &'a Exclusions,
     /// What was tried again.
-    pub(crate) tried: &'a [Retried],
+    pub(crate) tried: &'a [RetriedGroup],
     /// Says when to stop.
     pub(crate) control: &'a Control<'a>,
     /// Of what was planned to see whether it would help.
@@ -123,12 +125,12 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
     };
     let asked = paths.unplanned.iter().filter(obstructed).map(|it| it.0);
     let asked: Vec<DroneId> = asked.take(MOST_ASKED).collect();
-    let stopped = in_their_way(job, paths, &asked, control);
+    let stopped = obstructions_of(job, paths, &asked, control);
     let mut groups = joined(&paths.unplanned, &stopped);
     groups.retain(|group| group.iter().any(|drone| late(*drone).is_none()));
     let remedy = |(index, group): (usize, &Vec<DroneId>)| {
         let small = index < MOST_REMEDIES && group.len() <= LARGEST_GROUP;
-        small.then(|| refusals.gentlest_pass(group))
+        small.then(|| refusals.least_limit_raise(group))
     };
     let remedies: Vec<Option<Remedy>> = groups.iter().enumerate().map(remedy).collect();
     // How crowded the floor is, where that counts as a reason.
@@ -197,7 +199,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
                 FailureCause::Obstructed {
                     by: Some(hindrance(world, &by)),
                     remedy: match looks {
-                        true => refusals.past_zone(drone, &by),
+                        true => refusals.remedy_for_zone(drone, &by),
                         false => Remedy::BudgetEnded,
                     },
                     extent: refusals.extent(drone),
@@ -206,7 +208,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
             FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
                 short_m,
                 remedy: refusals
-                    .past_landing(drone, &[drone], Remedy::MoveTask)
+                    .remedy_for_landing(drone, &[drone], Remedy::MoveTask)
                     .unwrap_or(Remedy::Unknown),
             },
         },
@@ -379,7 +381,7 @@ impl Refusals<'_> {
 
     /// The least raise of all limits with which a whole group passes, found by bisection; the air
     /// that the verifier finds there, and limits with which it is planned.
-    fn gentlest_pass(&self, group: &[DroneId]) -> Remedy {
+    fn least_limit_raise(&self, group: &[DroneId]) -> Remedy {
         let subfleet = Subfleet {
             world: self.world,
             job: self.job,
@@ -406,7 +408,7 @@ impl Refusals<'_> {
             // The budget of states ended, or the run was stopped.
             None if (self.control.stop)() => return Remedy::Unknown,
             None => return Remedy::BudgetEnded,
-            Some(found) if found.unplanned > 0 => return self.elsewhere(group),
+            Some(found) if found.unplanned > 0 => return self.remedy_by_moving(group),
             Some(found) => found,
         };
         let most_expansions = PASS_STATES * (spent() - begun);
@@ -419,11 +421,11 @@ impl Refusals<'_> {
             }
         }
         let (plan, report) = subfleet.judged(&pass);
-        let Some(gentlest) = worst_exposure(&plan, &report) else {
+        let Some(least_exposure) = worst_exposure(&plan, &report) else {
             return Remedy::Unknown;
         };
-        let air_limit = self.enough(&gentlest, group);
-        let mut drones = gentlest.drones;
+        let air_limit = self.enough(&least_exposure, group);
+        let mut drones = least_exposure.drones;
         if let Some(air_limit) = air_limit {
             let all = &self.world.drones;
             drones.retain(|name| {
@@ -434,17 +436,17 @@ impl Refusals<'_> {
         Remedy::RaiseLimits(Exposure {
             air_limit: air_limit.filter(|_| !drones.is_empty()),
             drones,
-            ..gentlest
+            ..least_exposure
         })
     }
 
     /// The air limit of those exposed with which the whole group is planned.
-    fn enough(&self, gentlest: &Exposure, group: &[DroneId]) -> Option<f64> {
-        let limits = MARGINS.map(|margin| (gentlest.alpha * margin * 100.0).ceil() / 100.0);
+    fn enough(&self, least_exposure: &Exposure, group: &[DroneId]) -> Option<f64> {
+        let limits = MARGINS.map(|margin| (least_exposure.alpha * margin * 100.0).ceil() / 100.0);
         limits.into_iter().find(|air_limit| {
             let mut raised = self.world.clone();
             for drone in &mut raised.drones {
-                if gentlest.drones.contains(&drone.name) {
+                if least_exposure.drones.contains(&drone.name) {
                     drone.air_limit = drone.air_limit.max(*air_limit);
                 }
             }
@@ -454,12 +456,12 @@ impl Refusals<'_> {
 
     /// What else helps where no air limit does: another place of the last task of the first of a
     /// group that is refused, or that it does not land.
-    fn elsewhere(&self, group: &[DroneId]) -> Remedy {
+    fn remedy_by_moving(&self, group: &[DroneId]) -> Remedy {
         let mut unplanned = self.paths.unplanned.iter().map(|(drone, _)| *drone);
         let Some(drone) = unplanned.find(|drone| group.contains(drone)) else {
             return Remedy::NoneAtAnyLimit;
         };
-        if let Some(remedy) = self.past_landing(drone, group, Remedy::MoveLanding) {
+        if let Some(remedy) = self.remedy_for_landing(drone, group, Remedy::MoveLanding) {
             return remedy;
         }
         let tasks = &self.world.drones[drone.0 as usize].tasks;
@@ -474,7 +476,7 @@ impl Refusals<'_> {
     /// What helps where the landing is the cause: a place of the last task from which the drone
     /// lands, or that it stays in the air. `None` where it does not land, or is not planned without
     /// landing.
-    fn past_landing(
+    fn remedy_for_landing(
         &self,
         drone: DroneId,
         group: &[DroneId],
@@ -500,11 +502,11 @@ impl Refusals<'_> {
 
     /// That its landing is the cause; or a height or place of a task, or a limit of the zone, with
     /// which a drone is planned that its wake keeps from its tasks.
-    fn past_zone(&self, drone: DroneId, by: &Obstruction) -> Remedy {
+    fn remedy_for_zone(&self, drone: DroneId, by: &Obstruction) -> Remedy {
         let Obstructor::Zone(zone) = by.by else {
             return Remedy::Unknown;
         };
-        if let Some(remedy) = self.past_landing(drone, &[drone], Remedy::MoveLanding) {
+        if let Some(remedy) = self.remedy_for_landing(drone, &[drone], Remedy::MoveLanding) {
             return remedy;
         }
         let tasks = &self.world.drones[drone.0 as usize].tasks;
@@ -690,7 +692,7 @@ impl Refusals<'_> {
             nearly_m.set(nearly_m.get().or(helps.then_some(*fix_m)));
             refused.is_some_and(|refused| refused.is_empty())
         };
-        let elsewhere = || {
+        let by_moving_its_task = || {
             // The task of a meeting is one of that drone.
             let own = &self.world.drones[drone.0 as usize];
             let task = task_of(own).filter(|_| own.name == conflict.drone)?;
@@ -715,7 +717,7 @@ impl Refusals<'_> {
         });
         let mut nearest_m = nearest_m.into_iter().flatten();
         (nearest_m.find(is_planned))
-            .or_else(elsewhere)
+            .or_else(by_moving_its_task)
             .or_else(by_a_closer_look)
     }
 
@@ -977,7 +979,7 @@ mod tests {
     }
 
     #[test]
-    fn all_tasks_of_a_drone_that_ends_where_it_breaks_a_limit_are_told_at_once() {
+    fn all_tasks_of_a_drone_that_ends_where_it_breaks_a_limit_are_reported_at_once() {
         let text = format!(
             r#"(name: "over", bounds_m: (min: (0, 0, 0), max: (10, 8, 9)),
             zones: [(name: "z0", min_m: (5.3, 1, 0), max_m: (7.7, 2.7, 1.1), air_limit_mps: 1.5)],
@@ -1004,7 +1006,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_drone_brings_to_a_zone_is_told_of_it_and_not_of_those_that_bring_more() {
+    fn what_a_drone_brings_to_a_zone_is_reported_of_it_and_not_of_those_that_bring_more() {
         // Alone each of two breaks the limit; then neither, but both together.
         let told = |drones: &[(&str, &str, &str, &str)], limit_mps: f64| {
             let drones = drones.iter().map(|(name, airframe, start, to)| {

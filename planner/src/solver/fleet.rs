@@ -19,15 +19,17 @@ use crate::scenario::cell;
 use crate::scenario::world::{PathMotion, World};
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Searched, Setting, search};
+use crate::sipp::search::{
+    IMMOVABLE, Obstruction, Obstructor, SearchOutcome, SearchSetting, Searched, search,
+};
 use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{
-    FailureKind, FleetProblem, MOST_SMALL, Paths, note_of_steps, plan_fleet,
+    FailureKind, FleetProblem, MOST_SMALL, Paths, note_of_pibt, plan_fleet,
 };
-use crate::solver::refusals::{Retried, planned_finer, tried_again};
+use crate::solver::refusals::{RetriedGroup, planned_finer, retry_refused};
 use crate::solver::relaxed::{Why, most_states, notes, weaker};
 use crate::verify::{harm, judged, verify};
 
@@ -50,18 +52,13 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         paths,
         tried,
         mut notes,
-    } = match by_open_rules(world, &weaker, control, Run::solve) {
+    } = match by_open_rules(world, &weaker, control, FleetRun::solve) {
         Ok(solved) => solved,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
     let world = run.world;
-    notes.extend(note_of_steps(
-        &world.planning,
-        &run.job,
-        &paths,
-        &run.effort,
-    ));
-    let trials = Trials::new(control);
+    notes.extend(note_of_pibt(&world.planning, &run.job, &paths, &run.effort));
+    let trials = RemedyTrials::new(control);
     if let Some((changed, said)) = cell::with_room_to_pass(world)
         && !paths.unplanned.is_empty()
         && trials.is_planned(&changed)
@@ -93,7 +90,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     (control.progress)(Progress::Verifying);
     let plan = assemble(world, &run.job, &paths);
     let report = verify(&plan);
-    let mut plan = judged(plan, report, told(&failures));
+    let mut plan = judged(plan, report, unplanned_of(&failures));
 
     if control.contrast && !(control.stop)() {
         (control.progress)(Progress::IgnoringDownwash);
@@ -105,11 +102,11 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
 /// Paths of a fleet, and the run that found them.
 pub(crate) struct Solved<'a> {
     /// Of the world with their rules.
-    pub(crate) run: Run<'a>,
+    pub(crate) run: FleetRun<'a>,
     /// Of all drones that have one.
     pub(crate) paths: Paths,
     /// What was planned again.
-    tried: Vec<Retried>,
+    tried: Vec<RetriedGroup>,
     /// What a reader of the plan should know.
     pub(crate) notes: Vec<String>,
 }
@@ -130,7 +127,7 @@ pub(crate) fn by_open_rules<'a>(
     world: &'a World,
     weaker: &'a [World],
     control: &'a Control<'a>,
-    solve: impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
+    solve: impl Fn(&mut FleetRun<'a>) -> Option<(Paths, Vec<RetriedGroup>)>,
 ) -> Result<Solved<'a>, EndpointConflicts> {
     let mut best: Option<Solved<'a>> = None;
     let mut excluded = None;
@@ -192,7 +189,7 @@ pub(crate) fn by_open_rules<'a>(
             Ok(best)
         }
         (None, Some((world, mut endpoints))) => {
-            let trials = Trials::new(control);
+            let trials = RemedyTrials::new(control);
             // Of very many no place is known to be enough.
             if endpoints.conflicts.more == 0 {
                 endpoints.advise(world);
@@ -227,9 +224,9 @@ fn by_rules<'a>(
     world: &'a World,
     (rules, covered): (Rules, Option<f64>),
     (control, passages): (&'a Control<'a>, &Passages),
-    solve: &impl Fn(&mut Run<'a>) -> Option<(Paths, Vec<Retried>)>,
+    solve: &impl Fn(&mut FleetRun<'a>) -> Option<(Paths, Vec<RetriedGroup>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
-    let mut run = Run::new(world, control, passages)?;
+    let mut run = FleetRun::new(world, control, passages)?;
     if matches!(rules, Rules::First | Rules::Between) {
         let is_first = rules == Rules::First;
         match most_states(world, &run.job, is_first, covered) {
@@ -263,15 +260,15 @@ const MOST_EXPANSIONS_CONFIRMED: u64 = 400_000;
 const MOST_PLANS_CONFIRMED: f64 = 3.0;
 
 /// Plans that only show whether something would help.
-struct Trials<'a> {
+struct RemedyTrials<'a> {
     control: &'a Control<'a>,
     /// How many plans' states are left.
     left: Cell<f64>,
 }
 
-impl<'a> Trials<'a> {
-    fn new(control: &'a Control<'a>) -> Trials<'a> {
-        Trials {
+impl<'a> RemedyTrials<'a> {
+    fn new(control: &'a Control<'a>) -> RemedyTrials<'a> {
+        RemedyTrials {
             control,
             left: Cell::new(MOST_PLANS_CONFIRMED),
         }
@@ -321,7 +318,7 @@ pub(crate) fn tried(
     effort: &mut Effort,
 ) -> Option<Paths> {
     let control = control.trying();
-    let mut run = Run::new(world, &control, &Passages::of(world)).ok()?;
+    let mut run = FleetRun::new(world, &control, &Passages::of(world)).ok()?;
     run.most_expansions = Some(most_expansions);
     (run.improves, run.parts) = (false, parts);
     let solved = run.solve();
@@ -345,7 +342,7 @@ const MOST_EXPANSIONS_OF_REST: u64 = 2_000;
 const MOST_EXPANSIONS_OF_REST_TRIED: u64 = 300;
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
-pub(crate) struct Run<'a> {
+pub(crate) struct FleetRun<'a> {
     /// Checked; by whose rules it is.
     pub(crate) world: &'a World,
     /// Says when to stop.
@@ -367,7 +364,7 @@ pub(crate) struct Run<'a> {
     parts: Option<f64>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> FleetRun<'a> {
     /// Prepares a world that has been checked; `passages` are those of its solids.
     ///
     /// # Errors
@@ -376,14 +373,14 @@ impl<'a> Run<'a> {
         world: &'a World,
         control: &'a Control<'a>,
         passages: &Passages,
-    ) -> Result<Run<'a>, Exclusions> {
+    ) -> Result<FleetRun<'a>, Exclusions> {
         (control.progress)(Progress::Preparing);
         let endpoints = endpoints::find(world);
         let mut conflicts = endpoints.conflicts.worst.iter();
         if conflicts.any(|c| c.when == EndpointKind::Starts) {
             return Err(endpoints);
         }
-        Ok(Run {
+        Ok(FleetRun {
             world,
             control,
             job: prepare(world, passages, control.stop),
@@ -403,8 +400,8 @@ impl<'a> Run<'a> {
         control: &'a Control<'a>,
         job: Job,
         (most_expansions, improves): (u64, bool),
-    ) -> Run<'a> {
-        Run {
+    ) -> FleetRun<'a> {
+        FleetRun {
             world,
             control,
             job,
@@ -419,7 +416,7 @@ impl<'a> Run<'a> {
 
     /// Paths of the fleet alone; what would be refused is tried again, if that is asked for.
     /// `None` where the budget of states ended first.
-    pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
+    pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<RetriedGroup>)> {
         let costmap = self.job.costmap(self.world, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
         let Some(most_parts) = self.parts else {
@@ -427,7 +424,7 @@ impl<'a> Run<'a> {
         };
         let (world, control) = (self.world, self.control);
         let paths = planned_finer(world, &mut self.job, paths, control, &mut self.effort);
-        Some(tried_again(
+        Some(retry_refused(
             world,
             &mut self.job,
             paths,
@@ -477,15 +474,15 @@ impl<'a> Run<'a> {
             PathMotion::Straight => MOST_EXPANSIONS_ALONE,
         };
         let most = self.most_expansions.map_or(alone, |most| most.min(alone));
-        let setting = Setting {
+        let setting = SearchSetting {
             most_expansions: most,
-            ..Setting::judged(&job.roadmap, empty, &weights, self.control.stop)
+            ..SearchSetting::judged(&job.roadmap, empty, &weights, self.control.stop)
         };
         let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
         let is_asked = |agent: &&Agent| {
             // A drone late without any zone is told so.
             let is_late = || agent.is_timed() && agent.comes_late(&job.roadmap).is_some();
-            let is_open = agent.alone_ticks != UNREACHABLE && !known(agent.drone);
+            let is_open = agent.lower_bound_ticks != UNREACHABLE && !known(agent.drone);
             !agent.stays() && is_open && !is_late()
         };
         let asked = job.agents.iter().filter(is_asked).map(|it| it.drone);
@@ -520,7 +517,7 @@ impl<'a> Run<'a> {
         let mut stopped = Vec::new();
         for some in open.chunks(AT_A_TIME) {
             let is_known = in_vain.iter().any(|drones| *drones >= AT_A_TIME);
-            let setting = Setting {
+            let setting = SearchSetting {
                 most_expansions: if is_known { rest } else { most },
                 ..setting
             };
@@ -529,7 +526,7 @@ impl<'a> Run<'a> {
                 let agent = &job.agents[drone.0 as usize];
                 let on_time = search(setting, agent);
                 match on_time.found {
-                    Found::Blocked(Some(_)) if agent.is_timed() => {
+                    SearchOutcome::Blocked(Some(_)) if agent.is_timed() => {
                         let at_any = search(setting, &agent.at_any_time());
                         (on_time, Some(at_any))
                     }
@@ -543,20 +540,20 @@ impl<'a> Run<'a> {
                 if let Some(Searched { found, expansions }) = at_any {
                     self.effort.expansions += expansions;
                     // If it has a path when late, no zone stops it.
-                    if let Found::Path(path) = found {
+                    if let SearchOutcome::Path(path) = found {
                         let agent = &mut job.agents[drone.0 as usize];
                         match agent.comes_late_on(&job.roadmap, &path.legs) {
                             Some((task, at)) => out.push((*drone, FailureKind::Late(task, at))),
-                            None => agent.alone_ticks = path.arrives.0,
+                            None => agent.lower_bound_ticks = path.arrives.0,
                         }
                         continue;
                     }
                 }
                 match found {
-                    Found::Path(path) => {
-                        job.agents[drone.0 as usize].alone_ticks = path.arrives.0;
+                    SearchOutcome::Path(path) => {
+                        job.agents[drone.0 as usize].lower_bound_ticks = path.arrives.0;
                     }
-                    Found::Blocked(Some(by)) => {
+                    SearchOutcome::Blocked(Some(by)) => {
                         let Obstructor::Zone(zone) = by.by else {
                             continue;
                         };
@@ -564,7 +561,7 @@ impl<'a> Run<'a> {
                         let ended = (expansions >= setting.most_expansions).then_some(expansions);
                         stopped.push((*drone, zone, by, ended));
                     }
-                    Found::Blocked(None) | Found::Stopped => {}
+                    SearchOutcome::Blocked(None) | SearchOutcome::Stopped => {}
                 }
             }
         }
@@ -593,7 +590,7 @@ impl<'a> Run<'a> {
 }
 
 /// The sentences of a plan about drones without a path.
-pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
+pub(crate) fn unplanned_of(failures: &[Failure]) -> Vec<Unplanned> {
     let failures = failures.iter().map(|failure| Unplanned {
         name: failure.drone.clone(),
         reason: failure.cause.to_string(),

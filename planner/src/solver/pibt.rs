@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use crate::graph::agent::Agent;
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::conflicts::synchronous::SynchronousSteps;
+use crate::sipp::conflicts::synchronous::StepInteractions;
 use crate::sipp::search::{Path, joined};
 use crate::solver::prepare::Job;
 
@@ -87,24 +87,24 @@ pub(crate) fn run_pibt(
     });
     let ticks = ticks.chain(smooth);
     let lead = job.agents.iter().map(Agent::lead_ticks).max().unwrap_or(0);
-    let synchronous = SynchronousSteps::new(steps, ticks.max()?);
+    let synchronous = StepInteractions::new(steps, ticks.max()?);
     let ticks = synchronous.ticks;
     let configuration = Configuration::new(job, &synchronous, &is_fixed, ticks)?;
     let starts = configuration.starts(&job.agents);
     let all = rounds(&configuration, starts, seed, control.stop)?;
     effort.rounds += all.len() as u64 - 1;
-    let pace = Pace { ticks, lead };
-    let at = pace.moment(all.len() - 1);
+    let clock = RoundClock { ticks, lead };
+    let at = clock.moment(all.len() - 1);
     let each = job.agents.par_iter().enumerate().map(|(drone, agent)| {
         let places: Vec<AgentState> = all.iter().map(|now| now[drone]).collect();
         let last = places[places.len() - 1];
         let is_home = configuration.is_home(drone, &last);
-        let begun = legs(job, agent, &places, false, pace);
+        let begun = legs(job, agent, &places, false, clock);
         let settled = if is_fixed[drone] {
             let stays = agent.stays_at_start(&job.roadmap);
             Some(Path::new(vec![stays], Tick(0)))
         } else {
-            is_home.then(|| stay_home(job, agent, legs(job, agent, &places, true, pace)))
+            is_home.then(|| stay_home(job, agent, legs(job, agent, &places, true, clock)))
         };
         (rest_of(job, agent, &last, (at, begun)), settled)
     });
@@ -118,14 +118,14 @@ pub(crate) fn run_pibt(
 
 /// When rounds begin.
 #[derive(Clone, Copy)]
-struct Pace {
+struct RoundClock {
     /// How long each lasts.
     ticks: u32,
     /// Before the first.
     lead: u32,
 }
 
-impl Pace {
+impl RoundClock {
     /// When the n-th round ends.
     fn moment(self, round: usize) -> Tick {
         Tick(self.lead + round as u32 * self.ticks)
@@ -143,7 +143,13 @@ fn synchronous_m(job: &Job) -> f64 {
 
 /// Legs of a drone that is at these places after each round; at its goal they end with the last
 /// step there.
-fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, pace: Pace) -> Vec<Leg> {
+fn legs(
+    job: &Job,
+    agent: &Agent,
+    places: &[AgentState],
+    is_home: bool,
+    clock: RoundClock,
+) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;
     let until = match is_home {
@@ -155,18 +161,18 @@ fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, pace: Pa
         let kind = usize::from(at.waypoint) + usize::from(at.rest > 0);
         let kind = agent.kinds[kind.min(agent.kinds.len() - 1)];
         Leg {
-            start: pace.moment(step),
-            end: pace.moment(step + 1),
+            start: clock.moment(step),
+            end: clock.moment(step + 1),
             to_m: job.roadmap.position_m(to.place),
             ..agent.hover(job.roadmap.position_m(at.place), kind)
         }
     });
     let first_m = job.roadmap.position_m(places[0].place);
     let waits = Leg {
-        end: pace.moment(0),
+        end: clock.moment(0),
         ..agent.hover(first_m, agent.kinds[0])
     };
-    let waits = (until > 0 && pace.lead > 0).then_some(waits);
+    let waits = (until > 0 && clock.lead > 0).then_some(waits);
     joined(waits.into_iter().chain(legs).collect())
 }
 
@@ -181,7 +187,7 @@ fn rest_of(job: &Job, agent: &Agent, last: &AgentState, (at, begun): (Tick, Vec<
         kinds: agent.kinds[waypoint..].to_vec(),
         ..agent.clone()
     };
-    rest.alone_ticks = rest.remaining(&job.roadmap, 0, rest.start);
+    rest.lower_bound_ticks = rest.remaining(&job.roadmap, 0, rest.start);
     rest.forget();
     rest
 }

@@ -18,7 +18,7 @@ use crate::graph::distances::{Distances, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::{Lattice, Spacing};
 use crate::graph::passage::{Passage, Passages};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
-use crate::graph::turns::{Smoothing, lift_beyond_m, swerve_m};
+use crate::graph::turns::{Smoothing, corner_deviation_m, lift_beyond_m};
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::{Solids, top};
 use crate::scenario::world::{
@@ -45,7 +45,7 @@ pub(crate) struct Job {
     /// Drones that a zone stops like others, and after how many states that was enough.
     pub(crate) ended: Vec<(DroneId, u64)>,
     /// How far fixed drones fly from their legs (m).
-    pub(crate) others_astray_m: f64,
+    pub(crate) fixed_path_deviation_m: f64,
 }
 
 /// Makes the roadmap and every drone's agent. For drones that have no path on the lattice one is
@@ -54,7 +54,7 @@ pub(crate) fn prepare(world: &World, passages: &Passages, stop: &dyn Fn() -> boo
     let mut job = prepare_with(world, &Spacing::of(world.planning.cell_m), &[]);
     let mut looked = 0;
     for index in 0..job.agents.len() {
-        if job.agents[index].alone_ticks != UNREACHABLE || looked == MOST_PASSAGES || stop() {
+        if job.agents[index].lower_bound_ticks != UNREACHABLE || looked == MOST_PASSAGES || stop() {
             continue;
         }
         looked += 1;
@@ -96,7 +96,7 @@ pub(crate) fn prepare_with(world: &World, spacing: &Spacing, channels: &[Channel
     let mut agents = Vec::with_capacity(world.drones.len());
     let mut next = 0;
     for (index, drone) in world.drones.iter().enumerate() {
-        let duties = Duties {
+        let agent_tasks = AgentTasks {
             roadmap: &roadmap,
             tasks: &drone.tasks,
             vertices: &vertices[next..=next + drone.tasks.len()],
@@ -114,12 +114,12 @@ pub(crate) fn prepare_with(world: &World, spacing: &Spacing, channels: &[Channel
         let own = kinds.along(&drone.vehicle, bare, &drone.tasks);
         agents.push(Agent {
             grounded: drone.at_start == AtStart::Landed,
-            ..agent_of(DroneId(index as u32), drone, &duties, own, ending)
+            ..agent_of(DroneId(index as u32), drone, &agent_tasks, own, ending)
         });
     }
     agents.par_iter_mut().for_each(|agent| {
         agent.chain(&roadmap);
-        agent.measure_alone(&roadmap);
+        agent.find_lower_bound(&roadmap);
     });
     let mut job = Job {
         roadmap,
@@ -128,7 +128,7 @@ pub(crate) fn prepare_with(world: &World, spacing: &Spacing, channels: &[Channel
         blocked_landings,
         closed: Vec::new(),
         ended: Vec::new(),
-        others_astray_m: 0.0,
+        fixed_path_deviation_m: 0.0,
     };
     if !channels.is_empty() {
         job.use_channels();
@@ -146,10 +146,10 @@ impl Job {
     fn use_channels(&mut self) {
         let roadmap = &self.roadmap;
         let agents = self.agents.par_iter_mut();
-        let refused = agents.filter(|agent| agent.alone_ticks == UNREACHABLE);
+        let refused = agents.filter(|agent| agent.lower_bound_ticks == UNREACHABLE);
         refused.for_each(|agent| {
             agent.use_channels(roadmap);
-            agent.measure_alone(roadmap);
+            agent.find_lower_bound(roadmap);
         });
     }
 
@@ -227,9 +227,9 @@ impl Job {
         let limits = world.drones.iter().map(|drone| drone.air_limit);
         let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
         let chords = self.agents.iter().filter_map(|it| it.smoothing.as_ref());
-        let astray_m = chords
+        let path_deviation_m = chords
             .map(Smoothing::chord_m)
-            .fold(self.others_astray_m, f64::max);
+            .fold(self.fixed_path_deviation_m, f64::max);
         let zone_limits = world.zones.iter().filter_map(|zone| zone.air_limit_mps);
         let conditions = Conditions {
             density_kg_per_m3: world.air.density_kg_per_m3(),
@@ -238,16 +238,17 @@ impl Job {
             // A world is checked: nothing in it is refused.
             flown: world.flown(),
             fastest_mps: speeds.fold(0.0, f64::max),
-            gaps_m: [0, 1, 2].map(|flying| world.planning.gap_to_bodies_m(flying) + 2.0 * astray_m),
+            gaps_m: [0, 1, 2]
+                .map(|flying| world.planning.gap_to_bodies_m(flying) + 2.0 * path_deviation_m),
             shift: Tick::lasting(2.0 * world.planning.margins.time_s),
-            astray_m,
+            path_deviation_m,
             deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
             lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
             lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
             wakes,
         };
         let tops = world.obstacles.iter().filter_map(top);
-        let tops = tops.map(|top| top.shrunk(2.0 * astray_m)).collect();
+        let tops = tops.map(|top| top.shrunk(2.0 * path_deviation_m)).collect();
         let zones = world.zones.iter().map(|zone| ZoneBox {
             min_m: zone.min_m,
             max_m: zone.max_m,
@@ -300,10 +301,10 @@ fn above_z_m(world: &World, vehicle: &Vehicle, [last_m, rest_m]: [Point3<f64>; 2
 }
 
 /// How far from a corner of its path a vehicle may pass (m).
-fn swerve_of(world: &World, vehicle: &Vehicle) -> f64 {
+fn corner_deviation_of(world: &World, vehicle: &Vehicle) -> f64 {
     match world.planning.motion {
         PathMotion::Straight => 0.0,
-        PathMotion::Smooth => swerve_m(vehicle),
+        PathMotion::Smooth => corner_deviation_m(vehicle),
     }
 }
 
@@ -313,7 +314,7 @@ pub(crate) fn start_of(world: &World, drone: &Drone, at_m: Point3<f64>, grounded
     Stop {
         point_m: at_m,
         radius_m: body_m + world.planning.gap_to_solids_m(),
-        swerve_m: swerve_of(world, &drone.vehicle),
+        corner_deviation_m: corner_deviation_of(world, &drone.vehicle),
         lift_m: grounded.then_some(body_m + lift_m(world, &drone.vehicle)),
     }
 }
@@ -336,7 +337,7 @@ pub(crate) fn goals_of(
         Stop {
             point_m: task.to_m,
             radius_m,
-            swerve_m: swerve_of(world, &drone.vehicle),
+            corner_deviation_m: corner_deviation_of(world, &drone.vehicle),
             lift_m: above_z_m.flatten().map(|z_m| z_m - task.to_m.z),
         }
     };
@@ -344,7 +345,7 @@ pub(crate) fn goals_of(
 }
 
 /// What a drone has to do, and where on the roadmap.
-pub(crate) struct Duties<'a> {
+pub(crate) struct AgentTasks<'a> {
     /// Its lattice gives steps their lengths.
     pub(crate) roadmap: &'a Roadmap,
     /// In order.
@@ -362,33 +363,35 @@ pub(crate) struct Duties<'a> {
 pub(crate) fn agent_of(
     id: DroneId,
     drone: &Drone,
-    duties: &Duties<'_>,
+    agent_tasks: &AgentTasks<'_>,
     kinds: Vec<KindId>,
     ending: Ending,
 ) -> Agent {
-    let Duties {
+    let AgentTasks {
         roadmap, vertices, ..
-    } = *duties;
+    } = *agent_tasks;
     let mover = Mover::new(
         roadmap.lattice(),
         Speeds::of(&drone.vehicle),
-        drone.vehicle.body_radius_m + duties.clearance_m,
+        drone.vehicle.body_radius_m + agent_tasks.clearance_m,
         with_lifts(roadmap, vertices),
     );
-    let smoothing = (duties.motion == PathMotion::Smooth)
+    let smoothing = (agent_tasks.motion == PathMotion::Smooth)
         .then(|| Smoothing::new(&drone.vehicle, roadmap.lattice(), mover.step_ticks()));
     // It is there and at rest so long after its path is, and leaves so long before.
     let lead_ticks = smoothing.as_ref().map_or(0, Smoothing::lead_ticks);
     // Between two windows at one place that meet it neither arrives nor leaves; a load is taken up
     // at rest.
     let stays_on = |task: usize| {
-        let before = task.checked_sub(1).and_then(|it| duties.tasks[it].during_s);
-        let next = &duties.tasks[task];
+        let before = task
+            .checked_sub(1)
+            .and_then(|it| agent_tasks.tasks[it].during_s);
+        let next = &agent_tasks.tasks[task];
         let meet = before.zip(next.during_s).is_some_and(|(a, b)| b[0] <= a[1]);
         meet && next.load_kg.is_none() && vertices[task] == vertices[task + 1]
     };
-    let count = duties.tasks.len();
-    let waypoints = (duties.tasks.iter().enumerate())
+    let count = agent_tasks.tasks.len();
+    let waypoints = (agent_tasks.tasks.iter().enumerate())
         .zip(vertices.windows(2))
         .map(|((index, task), ends)| {
             let lead = |has: bool| if has { lead_ticks } else { 0 };
@@ -413,10 +416,10 @@ pub(crate) fn agent_of(
         start: vertices[0],
         departs: Tick(0),
         begun: Vec::new(),
-        forgiven: Vec::new(),
-        forgiven_ticks: 0,
+        tolerated_drones: Vec::new(),
+        tolerance_ticks: 0,
         is_sent: false,
-        is_caught: false,
+        is_stopped_in_conflict: false,
         grounded: false,
         takes_off: Tick(0),
         waypoints,
@@ -425,8 +428,8 @@ pub(crate) fn agent_of(
         mover,
         smoothing,
         air_limit: drone.air_limit,
-        alone_ticks: UNREACHABLE,
-        alone_m: 0.0,
+        lower_bound_ticks: UNREACHABLE,
+        lower_bound_m: 0.0,
     }
 }
 

@@ -26,7 +26,7 @@ use crate::sipp::search::IMMOVABLE;
 use crate::solver::density;
 use crate::solver::pibt::run_pibt;
 use crate::solver::prepare::Job;
-use attempt::{Attempt, Pace};
+use attempt::{Attempt, PlanningRate};
 pub(crate) use attempt::{FailureKind, Paths};
 pub(crate) use repair::{Affected, Repair};
 
@@ -56,9 +56,9 @@ const ORDERS: u64 = 4;
 pub(crate) const MOST_SMALL: usize = 30;
 /// Sum of costs over its lower bound from which a small fleet is planned in other orders and on
 /// finer cells, too. Chosen here: windows and shafts that are shared over time stay below.
-const SLOW_RATIO: f64 = 1.4;
+const FAR_FROM_BOUND_RATIO: f64 = 1.4;
 /// The same from which it is told that a fleet was planned by PIBT. Chosen here.
-const TOLD_RATIO: f64 = 3.0;
+const NOTED_RATIO: f64 = 3.0;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
 /// A state without tables takes as long as so many with them: chosen here, of random worlds with
@@ -104,8 +104,8 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     let gives_up_at = (problem.most_expansions).map(|most| effort.expansions + most / share);
     let hopeless = problem.hopeless();
     let has_all = |best: &Option<Paths>| {
-        let left_out = best.as_ref().map(|paths| paths.unplanned.len());
-        left_out == Some(hopeless)
+        let unplanned = best.as_ref().map(|paths| paths.unplanned.len());
+        unplanned == Some(hopeless)
     };
     let better = |one: Option<Paths>, other| one.into_iter().chain(other).min_by_key(score);
     let wakes = problem.costmap.fleet().conditions().wakes;
@@ -114,7 +114,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     let mut first = None;
     if problem.is_tried {
         for order in 0..ORDERS {
-            let found = problem.in_order(order, GivesUp::AtBudget, gives_up_at, effort);
+            let found = problem.in_order(order, GiveUpRule::AtBudget, gives_up_at, effort);
             best = better(best, found.map(InOrder::into_paths));
             let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
             if has_all(&best) || is_spent || (control.stop)() {
@@ -127,7 +127,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         let left = gives_up_at.map(|most| most.saturating_sub(effort.expansions));
         (best, first) = rayon::join(
             || plan_by_pibt(problem, left, &mut own),
-            || problem.in_order(0, GivesUp::Soon, gives_up_at, effort),
+            || problem.in_order(0, GiveUpRule::Soon, gives_up_at, effort),
         );
         effort.add(&own);
     }
@@ -135,12 +135,12 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     for order in 0..orders {
         // Where the first takes long, PIBT is asked before it goes on.
         let is_first = order == 0 && !is_crowded;
-        let gives_up = match best.is_some() || is_first {
-            true => GivesUp::Soon,
-            false => GivesUp::AtBudget,
+        let give_up_rule = match best.is_some() || is_first {
+            true => GiveUpRule::Soon,
+            false => GiveUpRule::AtBudget,
         };
         let found = match first.take() {
-            None => problem.in_order(order, gives_up, gives_up_at, effort),
+            None => problem.in_order(order, give_up_rule, gives_up_at, effort),
             first => first,
         };
         let (found, begun) = match found {
@@ -151,8 +151,8 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         best = better(best, found);
         if is_first && !has_all(&best) && !(control.stop)() {
             best = better(best, plan_by_pibt(problem, gives_up_at, effort));
-            if best.is_none() && !problem.is_dear() && !(control.stop)() {
-                let whole = problem.in_order(order, GivesUp::AtBudget, gives_up_at, effort);
+            if best.is_none() && !problem.lacks_tables() && !(control.stop)() {
+                let whole = problem.in_order(order, GiveUpRule::AtBudget, gives_up_at, effort);
                 best = whole.map(InOrder::into_paths);
             }
         }
@@ -160,7 +160,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
             best = better(best, begun);
         }
         let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
-        let may_improve = |it: &Paths| problem.improves && is_slow(job, it);
+        let may_improve = |it: &Paths| problem.improves && is_far_from_bound(job, it);
         let is_done = has_all(&best) && !best.as_ref().is_some_and(may_improve);
         if is_done || is_spent || (control.stop)() {
             break;
@@ -183,7 +183,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
 
 /// When planning in one order gives up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum GivesUp {
+enum GiveUpRule {
     /// Where it takes too long: there is something else or may be.
     Soon,
     /// Where the budget of states ends.
@@ -210,28 +210,28 @@ impl FleetProblem<'_> {
     fn in_order(
         &self,
         order: u64,
-        gives_up: GivesUp,
+        give_up_rule: GiveUpRule,
         gives_up_at: Option<u64>,
         effort: &mut Effort,
     ) -> Option<InOrder> {
         let mut attempt = self.attempt(self.costmap.clone(), effort);
         attempt.gives_up_at = gives_up_at;
-        if gives_up == GivesUp::Soon {
+        if give_up_rule == GiveUpRule::Soon {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
             // Places are reached along several headings.
             let is_smooth = self.job.agents.iter().any(|it| it.smoothing.is_some());
             let smooth = if is_smooth { SMOOTH_STATES } else { 1 };
-            let lingers = self.costmap.lingers() > 0;
+            let is_advected = self.costmap.wake_persistence_ticks() > 0;
             let is_small = self.job.agents.len() <= MOST_SMALL;
-            let (late, untabulated) = match lingers {
-                true if self.is_dear() => (1, UNTABULATED_LATE_STATES * UNTABULATED_STATES),
+            let (late, untabulated) = match is_advected {
+                true if self.lacks_tables() => (1, UNTABULATED_LATE_STATES * UNTABULATED_STATES),
                 true => (LATE_STATES, 1),
                 // A small fleet's states are those of its hardest cases.
                 false if is_small => (1, UNTABULATED_LATE_STATES * UNTABULATED_STATES),
                 false => (1, UNTABULATED_STATES),
             };
             let most = smooth * late * most;
-            let share = match self.is_dear() {
+            let share = match self.lacks_tables() {
                 true if order > 0 => untabulated,
                 true => untabulated / 4,
                 false => 1,
@@ -239,14 +239,14 @@ impl FleetProblem<'_> {
             let most = most.max(FEWEST_EXPANSIONS) / share;
             let enough = attempt.effort.expansions + most;
             attempt.gives_up_at = Some(gives_up_at.map_or(enough, |most| most.min(enough)));
-            attempt.pace = (self.job.agents.len() > MOST_SMALL).then_some(Pace {
+            attempt.rate = (self.job.agents.len() > MOST_SMALL).then_some(PlanningRate {
                 begun: attempt.effort.expansions,
                 spans: 0,
                 planned: 0,
             });
         }
         attempt.exclude(self.excluded);
-        attempt.settle_who_stays();
+        attempt.fix_stationary_drones();
         let is_through = attempt.run(order_of(self.job, order, self.planning.seed));
         if !is_through {
             if self.most_expansions.is_some() {
@@ -299,12 +299,12 @@ impl FleetProblem<'_> {
         }
         let table = |steps| ReservationTable::new(steps, &attempt.costmap, &attempt.legs);
         attempt.reservations = self.steps.as_ref().map(table);
-        attempt.is_dear |= self.is_dear();
+        attempt.has_small_budget |= self.lacks_tables();
         attempt
     }
 
     /// Whether states take long: no table answers for its steps, or for some of them.
-    fn is_dear(&self) -> bool {
+    fn lacks_tables(&self) -> bool {
         self.steps.is_none() || self.job.roadmap.has_channels()
     }
 
@@ -312,39 +312,42 @@ impl FleetProblem<'_> {
     /// task.
     fn hopeless(&self) -> usize {
         let known = |drone: DroneId| self.excluded.iter().any(|(other, _)| *other == drone);
-        let unreachable = |agent: &&Agent| agent.alone_ticks == UNREACHABLE && !known(agent.drone);
+        let unreachable =
+            |agent: &&Agent| agent.lower_bound_ticks == UNREACHABLE && !known(agent.drone);
         self.excluded.len() + self.job.agents.iter().filter(unreachable).count()
     }
 }
 
 /// The sum of costs of those that have a path over its lower bound.
-fn slowness(job: &Job, paths: &Paths) -> f64 {
+fn suboptimality(job: &Job, paths: &Paths) -> f64 {
     let planned = job.agents.iter().zip(&paths.paths);
     let planned = planned.filter(|(_, path)| path.is_some());
-    let alone: u64 = planned.map(|(agent, _)| u64::from(agent.alone_ticks)).sum();
-    score(paths).1 as f64 / alone.max(1) as f64
+    let lower_bound: u64 = planned
+        .map(|(agent, _)| u64::from(agent.lower_bound_ticks))
+        .sum();
+    score(paths).1 as f64 / lower_bound.max(1) as f64
 }
 
 /// Whether a small fleet's sum of costs is so far above its lower bound that another order, or
 /// finer cells, may well do better.
-pub(crate) fn is_slow(job: &Job, paths: &Paths) -> bool {
-    job.agents.len() <= MOST_SMALL && slowness(job, paths) > SLOW_RATIO
+pub(crate) fn is_far_from_bound(job: &Job, paths: &Paths) -> bool {
+    job.agents.len() <= MOST_SMALL && suboptimality(job, paths) > FAR_FROM_BOUND_RATIO
 }
 
 /// What to tell of a fleet that takes far longer than its drones alone, planned by PIBT.
-pub(crate) fn note_of_steps(
+pub(crate) fn note_of_pibt(
     planning: &Planning,
     job: &Job,
     paths: &Paths,
     effort: &Effort,
 ) -> Option<String> {
-    let ratio = slowness(job, paths);
-    let is_told = effort.rounds > 0 && ratio > TOLD_RATIO && planning.margins.time_s > 0.0;
+    let ratio = suboptimality(job, paths);
+    let is_reported = effort.rounds > 0 && ratio > NOTED_RATIO && planning.margins.time_s > 0.0;
     let smooth = match planning.motion {
         PathMotion::Smooth => ", or `motion: Straight`,",
         PathMotion::Straight => "",
     };
-    is_told.then(|| {
+    is_reported.then(|| {
         format!(
             "drones take {ratio:.0} times as long as each alone: all step at the same moments, so \
              slowly that one may be early and another late by `time_margin_s` ({} s); a smaller \
@@ -364,11 +367,11 @@ pub(crate) fn score(paths: &Paths) -> (usize, u64) {
 /// By individual lower bound; later orders shuffle neighbours more and more.
 fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     let key = |agent: &Agent| {
-        let alone = u64::from(agent.alone_ticks);
+        let lower_bound = u64::from(agent.lower_bound_ticks);
         let seed = seed ^ (order << 32) ^ u64::from(agent.drone.0);
         let noise = SplitMix64::seed_from_u64(seed).next_u64() % 1000;
         // In the first order noise only breaks ties.
-        let length = alone * 1000 + order * alone * noise / 2 + noise;
+        let length = lower_bound * 1000 + order * lower_bound * noise / 2 + noise;
         (length, agent.drone)
     };
     let mut keyed: Vec<(u64, DroneId)> = job.agents.iter().map(key).collect();
@@ -415,7 +418,7 @@ fn plan_by_pibt(
             attempt.paths[index] = Some(path.clone());
         } else {
             attempt.reserve(agent.begun.clone());
-            waiting.push((agent.alone_ticks, agent.drone));
+            waiting.push((agent.lower_bound_ticks, agent.drone));
         }
     }
     waiting.sort_unstable();

@@ -15,11 +15,14 @@ use crate::plan::cause::Extent;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::limits::lattice_places;
 use crate::scenario::world::World;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
+use crate::sipp::search::{
+    IMMOVABLE, Obstruction, Obstructor, SearchOutcome, SearchSetting, search,
+};
 use crate::solver::lanes;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{
-    FailureKind, MOST_SMALL, Paths, UNTABULATED_LATE_STATES, UNTABULATED_STATES, is_slow, score,
+    FailureKind, MOST_SMALL, Paths, UNTABULATED_LATE_STATES, UNTABULATED_STATES, is_far_from_bound,
+    score,
 };
 use crate::solver::subfleet::{Prepared, Replanned, Subfleet, Terms};
 
@@ -80,15 +83,15 @@ const MOST_GROUPS: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
 pub(crate) const LARGEST_GROUP: usize = 6;
 /// States of a search for an obstruction: chosen here, a second of work.
-const MOST_EXPANSIONS_IN_THE_WAY: u64 = 20_000;
+const MOST_OBSTRUCTION_EXPANSIONS: u64 = 20_000;
 /// The same where air takes time: chosen here, as much work.
-const MOST_LATE_EXPANSIONS_IN_THE_WAY: u64 = 2_000;
+const MOST_LATE_OBSTRUCTION_EXPANSIONS: u64 = 2_000;
 /// For how many refused drones the obstruction is asked for: chosen here.
 const MOST_ASKED: usize = 12;
 
 /// Drones that were planned together again, and how far that went.
 #[derive(Clone, Debug)]
-pub(crate) struct Retried {
+pub(crate) struct RetriedGroup {
     /// Ascending.
     pub(crate) drones: Vec<DroneId>,
     /// How far missing paths were searched for.
@@ -97,15 +100,15 @@ pub(crate) struct Retried {
 
 /// Plans again what would be refused, on cells divided into so many parts at most; what was tried,
 /// group by group.
-pub(crate) fn tried_again(
+pub(crate) fn retry_refused(
     world: &World,
     job: &mut Job,
     mut paths: Paths,
     (control, most_parts): (&Control<'_>, f64),
     effort: &mut Effort,
-) -> (Paths, Vec<Retried>) {
-    let mut tried: Vec<Retried> = Vec::new();
-    let mut asked = Asked::default();
+) -> (Paths, Vec<RetriedGroup>) {
+    let mut tried: Vec<RetriedGroup> = Vec::new();
+    let mut answered = AnsweredQuestions::default();
     if job.agents.len() <= MOST_SMALL && is_refused(job, &paths) {
         let helpless = |drone: DroneId| {
             let mut unplanned = paths.unplanned.iter();
@@ -120,8 +123,8 @@ pub(crate) fn tried_again(
             attempts: &WHOLE,
             most_parts,
         };
-        let extent = whole.planned_again(job, &mut paths, &mut asked, effort);
-        tried.push(Retried { drones, extent });
+        let extent = whole.retry_group(job, &mut paths, &mut answered, effort);
+        tried.push(RetriedGroup { drones, extent });
     }
     for drones in groups(job, &paths, control) {
         let group = Refused {
@@ -131,8 +134,8 @@ pub(crate) fn tried_again(
             attempts: &GROUP,
             most_parts,
         };
-        let extent = group.planned_again(job, &mut paths, &mut asked, effort);
-        tried.push(Retried { drones, extent });
+        let extent = group.retry_group(job, &mut paths, &mut answered, effort);
+        tried.push(RetriedGroup { drones, extent });
     }
     (paths, tried)
 }
@@ -151,7 +154,7 @@ pub(crate) fn planned_finer(
     let finer = finer.into_iter().map_while(|it| it);
     let lanes = std::iter::once_with(|| lanes_of(world, &chosen)).flatten();
     for spacing in finer.chain(lanes) {
-        if !is_slow(job, &paths) || !paths.unplanned.is_empty() || (control.stop)() {
+        if !is_far_from_bound(job, &paths) || !paths.unplanned.is_empty() || (control.stop)() {
             break;
         }
         let subfleet = Subfleet {
@@ -171,7 +174,7 @@ pub(crate) fn planned_finer(
         let found = subfleet.replanned(&terms, effort);
         if let Some(found) = found.filter(|found| score(&found.paths) < score(&paths)) {
             paths = found.paths.clone();
-            found.note_alone(&chosen, job);
+            found.note_lower_bounds(&chosen, job);
         }
     }
     paths
@@ -210,7 +213,7 @@ fn groups(job: &Job, paths: &Paths, control: &Control<'_>) -> Vec<Vec<DroneId>> 
     };
     let open = refused.iter().filter(|it| alone(it).is_none());
     let open: Vec<DroneId> = open.map(|(drone, _)| *drone).collect();
-    let mut stopped = in_their_way(job, paths, &open, control);
+    let mut stopped = obstructions_of(job, paths, &open, control);
     stopped.extend(refused.iter().filter_map(|it| alone(&it)));
     let mut groups = joined(&paths.unplanned, &stopped);
     groups.retain(|group| group.len() <= LARGEST_GROUP);
@@ -246,35 +249,35 @@ pub(crate) fn joined(
 }
 
 /// What stops each of some drones if every other drone keeps to its plan.
-pub(crate) fn in_their_way(
+pub(crate) fn obstructions_of(
     job: &Job,
     paths: &Paths,
     drones: &[DroneId],
     control: &Control<'_>,
 ) -> BTreeMap<DroneId, Option<Obstruction>> {
     let stopped = drones.par_iter();
-    let stopped = stopped.map(|&drone| (drone, in_the_way(job, paths, drone, control)));
+    let stopped = stopped.map(|&drone| (drone, obstruction_of(job, paths, drone, control)));
     stopped.collect()
 }
 
 /// The same of one.
-fn in_the_way(
+fn obstruction_of(
     job: &Job,
     paths: &Paths,
     drone: DroneId,
     control: &Control<'_>,
 ) -> Option<Obstruction> {
     let weights = vec![IMMOVABLE; job.agents.len()];
-    let setting = Setting {
-        most_expansions: match paths.costmap.lingers() > 0 {
-            true => MOST_LATE_EXPANSIONS_IN_THE_WAY,
-            false => MOST_EXPANSIONS_IN_THE_WAY,
+    let setting = SearchSetting {
+        most_expansions: match paths.costmap.wake_persistence_ticks() > 0 {
+            true => MOST_LATE_OBSTRUCTION_EXPANSIONS,
+            false => MOST_OBSTRUCTION_EXPANSIONS,
         },
-        ..Setting::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
+        ..SearchSetting::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
     };
     match search(setting, &job.agents[drone.0 as usize]).found {
-        Found::Blocked(by) => by,
-        Found::Path(_) | Found::Stopped => None,
+        SearchOutcome::Blocked(by) => by,
+        SearchOutcome::Path(_) | SearchOutcome::Stopped => None,
     }
 }
 
@@ -297,7 +300,7 @@ fn lanes_of(world: &World, drones: &[DroneId]) -> Vec<Spacing> {
 
 /// What was asked already.
 #[derive(Default)]
-struct Asked(Vec<Question>);
+struct AnsweredQuestions(Vec<Question>);
 
 /// Drones planned together again on other terms, and what came of it.
 struct Question {
@@ -311,7 +314,7 @@ struct Question {
     has_ended: bool,
 }
 
-impl Asked {
+impl AnsweredQuestions {
     /// The same question, or of one drone that a zone stops alone the same with others: no better
     /// answer comes of it.
     fn known(
@@ -349,26 +352,26 @@ struct Refused<'a> {
 impl Refused<'_> {
     /// Plans them on finer cells, then with higher bounds if the verifier finds nothing in the
     /// plan. Whatever leaves fewer of them unplanned is taken over.
-    fn planned_again(
+    fn retry_group(
         &self,
         job: &mut Job,
         paths: &mut Paths,
-        asked: &mut Asked,
+        answered: &mut AnsweredQuestions,
         effort: &mut Effort,
     ) -> Extent {
         let own_m = self.world.planning.cell_m;
         let (mut finest_m, mut ended) = (own_m, None);
         let begun = effort.expansions;
-        let (lingers, zones) = (
-            paths.costmap.lingers() > 0,
+        let (is_advected, zones) = (
+            paths.costmap.wake_persistence_ticks() > 0,
             paths.costmap.has_air_limits_of_zones(),
         );
-        let mut left = match lingers || zones {
+        let mut left = match is_advected || zones {
             true => MOST_DEAR_EXPANSIONS,
             false => MOST_EXPANSIONS,
         };
         // States of whose steps tables know take less.
-        let tabulated = match (zones, lingers) {
+        let tabulated = match (zones, is_advected) {
             (true, _) => 1,
             (false, true) => UNTABULATED_STATES * UNTABULATED_LATE_STATES,
             (false, false) => UNTABULATED_STATES,
@@ -390,7 +393,7 @@ impl Refused<'_> {
             if self.unplanned(paths) == 0 || left == 0 || (self.control.stop)() {
                 break;
             }
-            if let Some(known) = asked.known(self.drones, paths, (spacing, raised)) {
+            if let Some(known) = answered.known(self.drones, paths, (spacing, raised)) {
                 let share = (known.drones.len() / self.drones.len()) as u64;
                 left = left.saturating_sub(known.states / share);
                 match known.has_ended {
@@ -425,7 +428,7 @@ impl Refused<'_> {
             let spent = effort.expansions - before;
             let states = if is_exact { spent / tabulated } else { spent };
             left = left.saturating_sub(states);
-            asked.0.push(Question {
+            answered.0.push(Question {
                 drones: self.drones.to_vec(),
                 spacing,
                 raised,
@@ -464,7 +467,7 @@ impl Refused<'_> {
             }
             if let Some(found) = found {
                 *paths = found.paths.clone();
-                found.note_alone(self.drones, job);
+                found.note_lower_bounds(self.drones, job);
             }
         }
         match ended {

@@ -191,10 +191,10 @@ fn covered_share(world: &World, job: &Job) -> f64 {
         if let Some((_, area_m2)) = known.iter().find(|(other, _)| *other == key) {
             return *area_m2;
         }
-        let keep_out = fleet.keep_out([(kind, key.1); 2], [1.0; 2]);
-        let hung = keep_out.hung().iter().map(|it| it.section);
-        let radii_m = hung.map(|it| it.from_radius_m.max(it.to_radius_m));
-        let radius_m = radii_m.fold(keep_out.body_radius(), f64::max);
+        let conflict_volume = fleet.conflict_volume([(kind, key.1); 2], [1.0; 2]);
+        let wake_sections = conflict_volume.wake_sections().iter().map(|it| it.section);
+        let radii_m = wake_sections.map(|it| it.from_radius_m.max(it.to_radius_m));
+        let radius_m = radii_m.fold(conflict_volume.body_radius(), f64::max);
         known.push((key, PI * radius_m.powi(2)));
         PI * radius_m.powi(2)
     };

@@ -11,7 +11,7 @@ use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::World;
 use crate::sipp::search::{Obstructor, Path};
 use crate::solver::assemble::assemble;
-use crate::solver::fleet::Run;
+use crate::solver::fleet::FleetRun;
 use crate::solver::prepare::{Job, prepare_with};
 use crate::solver::priority::{FailureKind, Paths};
 use crate::verify::{Report, verify_drones};
@@ -95,7 +95,7 @@ impl Subfleet<'_> {
         let prepare = || prepare_with(&own, &terms.spacing, &self.job.roadmap.channels());
         let job = self.prepared.job(terms.spacing, prepare);
         let most = (terms.most_expansions, terms.improves);
-        let mut run = Run::limited(&own, &quiet, job, most);
+        let mut run = FleetRun::limited(&own, &quiet, job, most);
         let rest = order.iter().enumerate().skip(self.chosen.len());
         let fixed = rest.map(|(index, drone)| {
             let legs = self.paths.costmap.legs(*drone).iter();
@@ -149,7 +149,7 @@ impl Subfleet<'_> {
             let agent: &Agent = &self.job.agents[drone.0 as usize];
             let path = path.map(|path| Path {
                 legs: path.legs.iter().map(back).collect(),
-                met: Vec::new(),
+                evicted: Vec::new(),
                 ..path
             });
             paths.costmap.insert(match &path {
@@ -181,10 +181,11 @@ impl Subfleet<'_> {
 impl Replanned {
     /// Notes in the whole fleet's job how long the chosen take alone, on the roadmap that they are
     /// planned on now.
-    pub(crate) fn note_alone(&self, chosen: &[DroneId], job: &mut Job) {
+    pub(crate) fn note_lower_bounds(&self, chosen: &[DroneId], job: &mut Job) {
         for (own, drone) in self.job.agents.iter().zip(chosen) {
             let agent = &mut job.agents[drone.0 as usize];
-            (agent.alone_ticks, agent.alone_m) = (own.alone_ticks, own.alone_m);
+            (agent.lower_bound_ticks, agent.lower_bound_m) =
+                (own.lower_bound_ticks, own.lower_bound_m);
         }
     }
 }

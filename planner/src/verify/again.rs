@@ -21,12 +21,12 @@ use crate::plan::{DronePlan, Plan, TrajectoryEntry, Violation};
 /// share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Judgements {
-    of_drones: FxHashMap<String, Arc<Kept>>,
+    of_drones: FxHashMap<String, Arc<KeptJudgement>>,
 }
 
 /// The judgement of one drone, and what it depends on.
 #[derive(Debug)]
-struct Kept {
+struct KeptJudgement {
     judgement: Arc<Judgement>,
     /// The judged flight.
     flown: FlownEntry,
@@ -107,7 +107,7 @@ impl FlownEntry {
 }
 
 /// What still holds of a flight.
-pub(super) enum Still {
+pub(super) enum Validity {
     /// The whole judgement.
     True(Arc<Judgement>),
     /// Its violations, all before these spans (s, in order of time); it breaks nothing else outside
@@ -123,9 +123,9 @@ pub(super) enum Still {
 }
 
 /// What still holds of the flights of a plan, and the encounters of the others.
-pub(super) struct Known {
+pub(super) struct ValidJudgements {
     /// By flight.
-    pub(super) still: Vec<Still>,
+    pub(super) validity: Vec<Validity>,
     /// Encounters of each flight to judge.
     pub(super) near: Vec<Vec<Encounter>>,
 }
@@ -133,7 +133,12 @@ pub(super) struct Known {
 impl Judgements {
     /// What still holds of a plan that was read, where both clocks of a pair may differ by up to
     /// `apart_s` (s).
-    pub(super) fn still_true(&self, plan: &Plan, scene: &Scene<'_>, apart_s: f64) -> Known {
+    pub(super) fn still_valid(
+        &self,
+        plan: &Plan,
+        scene: &Scene<'_>,
+        apart_s: f64,
+    ) -> ValidJudgements {
         let flights = &scene.flights;
         let known = |k: usize| self.of_drones.get(&flights[k].name);
         // From when on each flight differs (s).
@@ -148,9 +153,9 @@ impl Judgements {
         let by_name: FxHashMap<&str, f64> = by_name.map(|(it, s)| (&it.name[..], *s)).collect();
         let of_other_s = |name: &str| by_name.get(name).copied().unwrap_or(f64::NEG_INFINITY);
         let with_changed = encounters_of(scene, apart_s, &|k| differs_s[k] < f64::INFINITY);
-        let still = |k: usize| {
+        let validity = |k: usize| {
             let Some(known) = known(k).filter(|_| differs_s[k] > f64::NEG_INFINITY) else {
-                return Still::Unknown;
+                return Validity::Unknown;
             };
             let another = differs_s[k] < f64::INFINITY;
             // A clock may be ahead. New encounters of a changed flight end after the change: the
@@ -167,7 +172,7 @@ impl Judgements {
                 .map(|it| (it.span_s.0.max(differs_s[it.other] - apart_s), it.span_s.1))
                 .collect();
             if was_s == f64::INFINITY && spans_s.is_empty() && !another {
-                return Still::True(Arc::clone(&known.judgement));
+                return Validity::True(Arc::clone(&known.judgement));
             }
             // What ended before the first change stays; after it, less air and fewer bodies break
             // nothing.
@@ -175,8 +180,8 @@ impl Judgements {
             let since_s = spans_s.iter().map(|it| it.0).fold(since_s, f64::min);
             let mut broken = known.judgement.found.iter();
             let is_past = |it: &Violation| it.until_s.is_some_and(|it| it < since_s);
-            if known.judgement.untold > 0 || !broken.all(is_past) {
-                return Still::Unknown;
+            if known.judgement.omitted > 0 || !broken.all(is_past) {
+                return Validity::Unknown;
             }
             if another {
                 spans_s.push((differs_s[k] - apart_s, f64::INFINITY));
@@ -185,15 +190,17 @@ impl Judgements {
             let mut joined = Vec::new();
             spans_s.into_iter().for_each(|it| join(&mut joined, it));
             let spans_s = joined;
-            Still::During {
+            Validity::During {
                 before: Arc::clone(&known.judgement),
                 spans_s,
                 another,
             }
         };
-        let still: Vec<Still> = (0..flights.len()).map(still).collect();
-        let near = encounters_of(scene, apart_s, &|k| !matches!(still[k], Still::True(_)));
-        Known { still, near }
+        let validity: Vec<Validity> = (0..flights.len()).map(validity).collect();
+        let near = encounters_of(scene, apart_s, &|k| {
+            !matches!(validity[k], Validity::True(_))
+        });
+        ValidJudgements { validity, near }
     }
 
     /// Keeps the judgements of the flights of a plan for the next time.
@@ -211,7 +218,7 @@ impl Judgements {
             let kept = known.unwrap_or_else(|| {
                 let others = near.iter();
                 let others = others.map(|it| (scene.flights[it.other].name.clone(), it.span_s.1));
-                Arc::new(Kept {
+                Arc::new(KeptJudgement {
                     judgement: Arc::clone(judgement),
                     flown: FlownEntry::of(plan, flight.index),
                     near: others.collect(),

@@ -11,7 +11,7 @@ use super::checks::collision;
 use super::checks::obstacle::TOUCH_M;
 use super::scene::Scene;
 use super::time::encounters::{Encounter, slabs};
-use super::violation::Found;
+use super::violation::IndexedViolation;
 use super::{CROWD, by_itself};
 
 /// Pairs judged of a crowd, and the least per drone, with drones after it, even if that makes more:
@@ -23,9 +23,9 @@ const LEAST_PAIRS: usize = 4;
 #[derive(Debug, Default)]
 pub(super) struct Crowds {
     /// Violations by their drones.
-    pub(super) found: Vec<Found>,
+    pub(super) found: Vec<IndexedViolation>,
     /// How many more pairs touched at the moments at which they were found.
-    pub(super) untold: usize,
+    pub(super) omitted: usize,
     /// How many drones are in one.
     pub(super) drones: usize,
 }
@@ -56,7 +56,7 @@ pub(super) fn set_aside(scene: &mut Scene<'_>) -> Crowds {
             if is_crowd(a) && after[a].len() < most {
                 after[a].push(b);
             } else if is_crowd(a) || is_crowd(b) {
-                crowds.untold += 1;
+                crowds.omitted += 1;
             }
         });
         after.iter_mut().for_each(|it| it.sort_unstable());

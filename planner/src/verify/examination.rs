@@ -40,8 +40,9 @@ pub struct Examination {
     /// needs planning stays as stated.
     #[serde(skip)]
     pub plan: Plan,
-    /// How many more violations there are than the plan lists; see [`super::Report::untold`].
-    pub untold: usize,
+    /// How many more violations there are than the plan lists; see [`super::Report::omitted`].
+    #[serde(rename = "untold")]
+    pub omitted: usize,
     /// How many drones are in crowds; see [`super::Report::crowded`]. Figures are not compared
     /// then, and it is not asked how late drones may be.
     pub crowded: usize,
@@ -137,7 +138,12 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     let is_whole = malformed.is_empty() && crowds.drones == 0;
     let late = late && crowds.drones == 0;
     let found = (malformed, crowds);
-    let report = super::report(plan, scene.as_ref(), found, (super::Asked::Spans, None));
+    let report = super::report(
+        plan,
+        scene.as_ref(),
+        found,
+        (super::ZoneQuestion::Spans, None),
+    );
     let asked = scene.as_ref().filter(|_| late);
     let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len(), &|| false));
     let late = late.unwrap_or_else(|| vec![None; plan.drones.len()]);
@@ -156,14 +162,14 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
         differences.gather();
     }
     let differences = differences.list;
-    let (untold, crowded) = (report.untold, report.crowded);
+    let (omitted, crowded) = (report.omitted, report.crowded);
     let unplanned = examined.unplanned.clone();
     let mut plan = judged(examined, report, unplanned);
     for (drone, late) in plan.drones.iter_mut().zip(&late) {
         drone.may_be_late_s = late.as_ref().map(|it| it.late_s);
     }
     Examination {
-        untold,
+        omitted,
         crowded,
         differences,
         closest,
@@ -295,7 +301,7 @@ impl Differences<'_> {
             self.zones(stated);
         }
         // Some of very many cannot be compared.
-        if let Some(stated) = (claims.violations.as_ref()).filter(|_| self.report.untold == 0) {
+        if let Some(stated) = (claims.violations.as_ref()).filter(|_| self.report.omitted == 0) {
             self.violations(stated);
         }
     }
@@ -559,7 +565,7 @@ mod tests {
     }
 
     #[test]
-    fn of_whom_air_is_that_the_slack_hides_is_no_difference() {
+    fn the_source_of_air_that_the_slack_hides_is_no_difference() {
         assert_eq!(differences(1e-4, "b"), Vec::<String>::new());
         assert_eq!(differences(1e-4, "x"), ["worst_air_from"]);
         assert_eq!(differences(1e-4, "a"), ["worst_air_from"]);

@@ -57,13 +57,13 @@ use serde::Serialize;
 
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
 pub(crate) use again::Judgements;
-use again::{Known, Still};
+use again::{ValidJudgements, Validity};
 pub use bounds::obstacles::NamedSolid;
 pub use checks::air::DroneExposure;
 pub use checks::contents::{COORDINATES_M, EXTENTS_M, SPEEDS_MPS, TIMES_S};
 pub use checks::lateness;
 pub use checks::obstacle::{PAD_M, SINK_M, TOUCH_M};
-use checks::zone::Asked;
+use checks::zone::ZoneQuestion;
 use checks::{
     air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
 };
@@ -73,7 +73,7 @@ pub(crate) use extents::Places;
 use extents::Span;
 use scene::{Flight, Scene};
 use time::encounters::{Encounter, encounters};
-use violation::Found;
+use violation::IndexedViolation;
 
 /// What the verifier found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -82,7 +82,8 @@ pub struct Report {
     /// very many columns, the worst.
     pub violations: Vec<Violation>,
     /// How many more violations such drones have.
-    pub untold: usize,
+    #[serde(rename = "untold")]
+    pub omitted: usize,
     /// How many drones touch so many others at one moment that only a few of these pairs were
     /// judged, and otherwise only what each does by itself; no zone is judged then.
     pub crowded: usize,
@@ -117,8 +118,8 @@ fn what(it: &Violation) -> (ViolationKind, Option<&str>) {
 
 /// Keeps of a drone's violations with others the worst of each kind, and returns how many it left
 /// out.
-fn thin_out(found: &mut Vec<Found>) -> usize {
-    let mut untold = 0;
+fn thin_out(found: &mut Vec<IndexedViolation>) -> usize {
+    let mut omitted = 0;
     for kind in [
         ViolationKind::Collision,
         ViolationKind::Column,
@@ -131,7 +132,7 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
         if values.len() <= CROWD {
             continue;
         }
-        untold += values.len() - CROWD;
+        omitted += values.len() - CROWD;
         let (_, last, _) = values.select_nth_unstable_by(CROWD, f64::total_cmp);
         let last = *last;
         let nearer = found
@@ -146,7 +147,7 @@ fn thin_out(found: &mut Vec<Found>) -> usize {
             is_kept
         });
     }
-    untold
+    omitted
 }
 
 /// The contradictions within a plan; nothing else is judged.
@@ -160,11 +161,11 @@ pub fn contradictions(plan: &Plan) -> Vec<Violation> {
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
-    anew(plan, Asked::Spans)
+    anew(plan, ZoneQuestion::Spans)
 }
 
 /// Judges a plan without earlier judgements.
-fn anew(plan: &Plan, of_zones: Asked) -> Report {
+fn anew(plan: &Plan, of_zones: ZoneQuestion) -> Report {
     let (mut scene, malformed) = contents::read(plan);
     let crowds = scene.as_mut().map(crowd::set_aside).unwrap_or_default();
     let found = (malformed, crowds);
@@ -176,7 +177,12 @@ fn anew(plan: &Plan, of_zones: Asked) -> Report {
 pub(crate) fn verify_again(plan: &Plan, known: &mut Judgements) -> Report {
     let (scene, malformed) = contents::read(plan);
     let found = (malformed, Crowds::default());
-    report(plan, scene.as_ref(), found, (Asked::Spans, Some(known)))
+    report(
+        plan,
+        scene.as_ref(),
+        found,
+        (ZoneQuestion::Spans, Some(known)),
+    )
 }
 
 /// The exposure of each drone of a plan, in its order.
@@ -198,7 +204,7 @@ pub(crate) fn exposures(plan: &Plan) -> Vec<DroneExposure> {
 /// As [`verify`], without the highest air of zones: only whether their limits are kept, as far as
 /// that is soon known.
 pub(crate) fn verify_drones(plan: &Plan) -> Report {
-    anew(plan, Asked::IsKept)
+    anew(plan, ZoneQuestion::IsKept)
 }
 
 /// The judgement of one flight.
@@ -206,7 +212,7 @@ pub(crate) fn verify_drones(plan: &Plan) -> Report {
 struct Judgement {
     found: Vec<Violation>,
     /// How many more there are.
-    untold: usize,
+    omitted: usize,
 }
 
 /// Judges one flight among those near it, and its exposure where that is asked for.
@@ -221,7 +227,7 @@ fn judgement(
 }
 
 /// What a flight breaks by itself.
-fn by_itself(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
+fn by_itself(scene: &Scene<'_>, flight: &Flight) -> Vec<IndexedViolation> {
     let mut found = limits::check(scene, flight);
     found.extend(smooth::check(scene, flight));
     found.extend(obstacle::check(scene, flight));
@@ -253,14 +259,14 @@ fn breaks_nothing_during(
     };
     let near: Vec<Encounter> = near.iter().flat_map(within).collect();
     let judged = among(scene, (&near, k), Vec::new(), None);
-    judged.found.is_empty() && judged.untold == 0
+    judged.found.is_empty() && judged.omitted == 0
 }
 
 /// What a flight breaks by itself, which is known, and among those near it.
 fn among(
     scene: &Scene<'_>,
     (near, k): (&[Encounter], usize),
-    mut found: Vec<Found>,
+    mut found: Vec<IndexedViolation>,
     met: Option<&mut DroneExposure>,
 ) -> Judgement {
     let flight = &scene.flights[k];
@@ -274,7 +280,7 @@ fn among(
         }
         None => air::violations(scene, (near, &slices), flight),
     });
-    let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
+    let collides = |(_, it): &&IndexedViolation| it.kind == ViolationKind::Collision;
     let shifted = match found.iter().filter(collides).count() > CROWD {
         // Its margin violations add nothing then.
         true => Vec::new(),
@@ -289,14 +295,14 @@ fn among(
         .filter(|it| it.kind == it.kind.without_margin())
         .map(what)
         .collect();
-    let shifted: Vec<Found> = shifted
+    let shifted: Vec<IndexedViolation> = shifted
         .filter(|(_, it)| !known.contains(&what(it)))
         .collect();
     found.extend(shifted);
-    let untold = thin_out(&mut found);
+    let omitted = thin_out(&mut found);
     Judgement {
         found: found.into_iter().map(|(_, it)| it).collect(),
-        untold,
+        omitted,
     }
 }
 
@@ -306,44 +312,44 @@ fn among(
 fn report(
     plan: &Plan,
     scene: Option<&Scene<'_>>,
-    (malformed, crowds): (Vec<Found>, Crowds),
-    (of_zones, known): (Asked, Option<&mut Judgements>),
+    (malformed, crowds): (Vec<IndexedViolation>, Crowds),
+    (of_zones, known): (ZoneQuestion, Option<&mut Judgements>),
 ) -> Report {
     let mut found = malformed;
     found.extend(crowds.found);
-    let mut untold = crowds.untold;
+    let mut omitted = crowds.omitted;
     let mut zone_air = Vec::new();
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
         let apart_s = 2.0 * scene.margins.time_s;
-        let Known { still, near } = match &known {
-            Some(known) => known.still_true(plan, scene, apart_s),
-            None => Known {
-                still: scene.flights.iter().map(|_| Still::Unknown).collect(),
+        let ValidJudgements { validity, near } = match &known {
+            Some(known) => known.still_valid(plan, scene, apart_s),
+            None => ValidJudgements {
+                validity: scene.flights.iter().map(|_| Validity::Unknown).collect(),
                 near: encounters(scene, apart_s),
             },
         };
-        let is_told = known.is_none();
-        let judge = |(k, (still, near)): (usize, (Still, &Vec<Encounter>))| {
+        let is_reported = known.is_none();
+        let judge = |(k, (validity, near)): (usize, (Validity, &Vec<Encounter>))| {
             let mut met = DroneExposure::default();
-            let during = match still {
-                Still::True(known) => return (known, met),
-                Still::During { another, .. } if another && breaks_alone(scene, k) => None,
-                Still::During {
+            let during = match validity {
+                Validity::True(known) => return (known, met),
+                Validity::During { another, .. } if another && breaks_alone(scene, k) => None,
+                Validity::During {
                     before, spans_s, ..
                 } => breaks_nothing_during(scene, near, k, &spans_s)
                     .then(|| Judgement::clone(&before)),
-                Still::Unknown => None,
+                Validity::Unknown => None,
             };
-            let judged =
-                during.unwrap_or_else(|| judgement(scene, near, k, is_told.then_some(&mut met)));
+            let judged = during
+                .unwrap_or_else(|| judgement(scene, near, k, is_reported.then_some(&mut met)));
             (Arc::new(judged), met)
         };
-        let judged = still.into_par_iter().zip(&near).enumerate().map(judge);
+        let judged = validity.into_par_iter().zip(&near).enumerate().map(judge);
         let (judged, met): (Vec<Arc<Judgement>>, Vec<DroneExposure>) = judged.unzip();
         for ((flight, here), met) in scene.flights.iter().zip(&judged).zip(met) {
             found.extend(here.found.iter().map(|it| (flight.index, it.clone())));
-            untold += here.untold;
+            omitted += here.omitted;
             exposures[flight.index] = met;
         }
         if let Some(known) = known {
@@ -355,10 +361,10 @@ fn report(
         let judged: Vec<_> = limited
             .map(|zone| {
                 let mut found = zone::check(scene, zone, of_zones);
-                let on_time = |(_, it): &Found| it.kind == ViolationKind::Zone;
+                let on_time = |(_, it): &IndexedViolation| it.kind == ViolationKind::Zone;
                 let is_kept = !found.iter().any(on_time);
-                let is_told = of_zones == Asked::Spans;
-                let air = is_told.then(|| air_of(scene, zone, is_kept));
+                let is_reported = of_zones == ZoneQuestion::Spans;
+                let air = is_reported.then(|| air_of(scene, zone, is_kept));
                 if let Some(air) = &air {
                     found.iter_mut().for_each(|it| decide(scene, air, it));
                 }
@@ -372,7 +378,7 @@ fn report(
     }
     Report {
         violations: in_order(found),
-        untold,
+        omitted,
         crowded: crowds.drones,
         exposures,
         zone_air,
@@ -380,7 +386,7 @@ fn report(
 }
 
 /// By time, then kind, then drone.
-fn in_order(mut found: Vec<Found>) -> Vec<Violation> {
+fn in_order(mut found: Vec<IndexedViolation>) -> Vec<Violation> {
     found.sort_by(|(i, a), (j, b)| {
         (a.from_s.total_cmp(&b.from_s))
             .then(a.kind.cmp(&b.kind))
@@ -437,7 +443,8 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
 /// The highest air of a zone, and the bodies that pass through it where they may; `is_kept`: no
 /// drone on time breaks its limit.
 fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
-    let zone::Told { worst, at_most_mps } = zone::worst(scene, zone, is_kept, zone::ALWAYS_S);
+    let zone::ZoneAirBounds { worst, at_most_mps } =
+        zone::worst(scene, zone, is_kept, zone::ALWAYS_S);
     let name = |k: usize| scene.flights[k].name.clone();
     let enters = |it: &&Flight| !zone.keep_out && obstacle::enters(scene, it, zone);
     let entered_by = scene.flights.iter().filter(enters);
@@ -453,7 +460,7 @@ fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
 
 /// Resolves a zone violation that bounds left open, where the highest air found in the zone is over
 /// its limit at that time.
-fn decide(scene: &Scene<'_>, air: &ZoneAir, (index, violation): &mut Found) {
+fn decide(scene: &Scene<'_>, air: &ZoneAir, (index, violation): &mut IndexedViolation) {
     let until_s = violation.until_s.unwrap_or(f64::INFINITY);
     let is_then = |t_s: &f64| (violation.from_s..=until_s).contains(t_s);
     let is_over = air.worst_air_mps > zone::VIOLATED * violation.limit;
@@ -523,7 +530,7 @@ mod tests {
         let (scene, _) = contents::read(&plan);
         let scene = scene.expect("it can be judged");
         let air = air_of(&scene, scene.zones[0], false);
-        let known = zone::check(&scene, scene.zones[0], Asked::Spans);
+        let known = zone::check(&scene, scene.zones[0], ZoneQuestion::Spans);
         let mut open = known[0].clone();
         (open.1.is_bound, open.1.value) = (true, 9.0);
         decide(&scene, &air, &mut open);

@@ -9,7 +9,7 @@ use super::scene::{Flight, Scene};
 use crate::plan::{Violation, ViolationKind};
 
 /// A violation with the index of its drone, by which the report is ordered.
-pub(super) type Found = (usize, Violation);
+pub(super) type IndexedViolation = (usize, Violation);
 
 /// The worst moment of a violation.
 pub(crate) struct Worst {
@@ -32,7 +32,7 @@ impl Scene<'_> {
         kind: ViolationKind,
         (from_s, until_s): Span,
         worst: Worst,
-    ) -> Found {
+    ) -> IndexedViolation {
         let violation = Violation {
             kind,
             drone: flight.name.clone(),
@@ -56,7 +56,7 @@ pub(crate) fn malformed(
     (index, drone): (usize, &str),
     why: String,
     (from_s, position_m): (f64, Point3<f64>),
-) -> Found {
+) -> IndexedViolation {
     let kind = ViolationKind::Malformed;
     let violation = Violation {
         kind,

@@ -85,7 +85,7 @@ pub struct Area {
     /// No change, of its own drones or of others, was from later (s).
     clock_s: f64,
     tidied_s: f64,
-    told_s: f64,
+    reported_s: f64,
     mine: Option<Mine>,
     outbox: Vec<Message>,
     records: Vec<Record>,
@@ -115,7 +115,7 @@ impl Area {
             settled: 0,
             clock_s: 0.0,
             tidied_s: 0.0,
-            told_s: f64::NEG_INFINITY,
+            reported_s: f64::NEG_INFINITY,
             mine: None,
             outbox: Vec::new(),
             records: Vec::new(),
@@ -215,7 +215,7 @@ impl Area {
         let to = to.to_owned();
         self.enact(Record::Offered { to, offer });
         // With the next border, and every one from then on.
-        self.told_s = f64::NEG_INFINITY;
+        self.reported_s = f64::NEG_INFINITY;
         Ok(())
     }
 
@@ -233,7 +233,7 @@ impl Area {
         }
         let drone = drone.to_owned();
         self.enact(Record::Withdrawn { drone });
-        self.told_s = f64::NEG_INFINITY;
+        self.reported_s = f64::NEG_INFINITY;
         Ok(())
     }
 
@@ -248,8 +248,8 @@ impl Area {
         if (self.mine.as_ref()).is_some_and(|it| now_s >= it.proposal.from_s) {
             self.drop_mine();
         }
-        if now_s - self.told_s >= TELL_S {
-            self.told_s = now_s;
+        if now_s - self.reported_s >= TELL_S {
+            self.reported_s = now_s;
             for neighbour in self.known.names() {
                 let border = self.border(&neighbour, now_s);
                 self.say(&neighbour, Says::Border(border));
@@ -269,7 +269,9 @@ impl Area {
 
     /// All that may matter to a neighbour now.
     pub fn border(&self, neighbour: &str, now_s: f64) -> Border {
-        let drones = self.known.told(self.running.flown(), neighbour, now_s);
+        let drones = self
+            .known
+            .border_drones(self.running.flown(), neighbour, now_s);
         let ends_s = drones.iter().filter_map(|it| it.trajectory.t_s.last());
         Border {
             revision: self.revision,
@@ -543,13 +545,16 @@ impl Area {
         let plan = self.running.flown();
         let keeps = |drone| self.known.keeps(plan, from, drone);
         let found = it.takes.as_deref().and_then(keeps);
-        let found = found.or_else(|| self.known.in_the_way(plan, &BTreeSet::new(), it));
+        let found = found.or_else(|| {
+            self.known
+                .conflict_with_proposal(plan, &BTreeSet::new(), it)
+        });
         if found.is_some() {
             return found;
         }
         let mine = self.mine.as_ref()?;
         let comes = coming(&mine.changes, mine.took.as_ref());
-        let found = (self.known).in_the_way(mine.candidate.flown(), &comes, it)?;
+        let found = (self.known).conflict_with_proposal(mine.candidate.flown(), &comes, it)?;
         // Of two that propose at once the first by name goes first.
         if from < &self.name[..] {
             self.drop_mine();

@@ -36,7 +36,7 @@ struct Neighbour {
     /// When it was heard (s).
     heard_s: Option<f64>,
     /// When a border of it was taken (s): all of it was known then.
-    told_s: Option<f64>,
+    reported_s: Option<f64>,
     /// Up to when it speaks for its drones (s).
     until_s: f64,
     /// What was agreed to, by number: room is kept for it.
@@ -193,7 +193,7 @@ impl Neighbourhood {
 
     /// What a border tells of a plan: the drones that come near a neighbour's world, and what was
     /// taken from it.
-    pub(super) fn told(&self, plan: &Plan, neighbour: &str, now_s: f64) -> Vec<DronePlan> {
+    pub(super) fn border_drones(&self, plan: &Plan, neighbour: &str, now_s: f64) -> Vec<DronePlan> {
         let is_told = |it: &&DronePlan| {
             let is_near = || self.owns(&it.name) && self.site.matters(it, neighbour, now_s);
             self.owes(&it.name, neighbour) || is_near()
@@ -361,7 +361,7 @@ impl Neighbourhood {
 
     /// Conflicts between a neighbour's proposal and a plan, whose own drones include those that
     /// come.
-    pub(super) fn in_the_way(
+    pub(super) fn conflict_with_proposal(
         &self,
         plan: &Plan,
         comes: &BTreeSet<&str>,
@@ -479,7 +479,7 @@ impl Neighbourhood {
         if let Some(it) = self.all.get_mut(from) {
             it.revision = border.revision;
             it.whole = border.revision;
-            it.told_s = Some(now_s);
+            it.reported_s = Some(now_s);
             it.until_s = border.until_s;
             it.settled = it.settled.max(border.settled);
             it.number = it.number.max(border.settled);
@@ -542,15 +542,15 @@ impl Neighbourhood {
         self.can_fly(now_s, from, &other)?;
         // What it would say here if it flew it still is not there any more. What a neighbour may
         // have taken is said by that one.
-        let is_left_out = |it: &&DronePlan| {
+        let is_omitted = |it: &&DronePlan| {
             self.is_of(&it.name, from)
                 && self.site.matters(it, &self.name, border.at_s)
                 && !border.drones.iter().any(|said| said.name == it.name)
                 && self.promised(&it.name).is_none()
         };
-        let left_out = plan.drones.iter().filter(is_left_out);
-        let left_out = left_out.map(|it| gone(it, border.at_s.min(now_s)));
-        Ok(left_out.chain(other).collect())
+        let omitted = plan.drones.iter().filter(is_omitted);
+        let omitted = omitted.map(|it| gone(it, border.at_s.min(now_s)));
+        Ok(omitted.chain(other).collect())
     }
 
     /// Whether drones that a neighbour speaks of, one of which it takes, can be its own, and be
@@ -583,7 +583,7 @@ impl Neighbourhood {
             // What is far off may have changed without this planner being told.
             let near = grown(&plan.bounds_m, self.site.reach_m);
             let places = [known, entry].map(|it| it.trajectory.position_m(at_s));
-            let most_m = JUMP_M + self.astray_m(from, known, at_s);
+            let most_m = JUMP_M + self.unreported_distance_m(from, known, at_s);
             if let [Some(a), Some(b)] = places
                 && is_there
                 && is_inside(&near, &a)
@@ -600,12 +600,12 @@ impl Neighbourhood {
 
     /// How far a drone that one neighbour speaks of, and another did so far, may have flown by a
     /// time (s) since both have told all that they fly (m).
-    fn astray_m(&self, from: &str, known: &DronePlan, at_s: f64) -> f64 {
+    fn unreported_distance_m(&self, from: &str, known: &DronePlan, at_s: f64) -> f64 {
         let Some(owner) = self.theirs.get(&known.name) else {
             return 0.0;
         };
-        let told_s = [from, owner].map(|it| self.all.get(it).and_then(|it| it.told_s));
-        let [Some(from_s), Some(owner_s)] = told_s else {
+        let reported_s = [from, owner].map(|it| self.all.get(it).and_then(|it| it.reported_s));
+        let [Some(from_s), Some(owner_s)] = reported_s else {
             return f64::INFINITY;
         };
         known.airframe.max_speed_mps * (at_s - from_s.min(owner_s)).max(0.0)
@@ -613,7 +613,7 @@ impl Neighbourhood {
 
     /// Whether drones move, since their planner told of them all, as their airframes can.
     fn can_fly(&self, now_s: f64, from: &str, drones: &[DronePlan]) -> Result<(), String> {
-        let since_s = self.all[from].told_s.unwrap_or(now_s);
+        let since_s = self.all[from].reported_s.unwrap_or(now_s);
         let is_too_fast = |it: &Violation| {
             let kinds = [ViolationKind::Jump, ViolationKind::Speed];
             kinds.contains(&it.kind) && it.matters_from(since_s)

@@ -257,7 +257,7 @@ fn near_a_planner_that_is_lost_nothing_is_planned_until_it_is_heard_again() {
 }
 
 #[test]
-fn what_has_happened_is_told_and_given_way_to() {
+fn events_are_reported_and_others_replan_around_them() {
     let mut run = Run::new(SMALL, 60);
     run.run(8.0);
     let mut told = 0;

@@ -225,7 +225,7 @@ fn what_is_refused_says_what_and_where_and_changes_nothing() {
 }
 
 #[test]
-fn all_that_is_wrong_with_a_request_is_told_at_once() {
+fn all_that_is_wrong_with_a_request_is_reported_at_once() {
     let mut service = opened();
     let changes = json!([
         {"late": {"drone": "left", "by_s": -1}},
@@ -263,7 +263,7 @@ fn all_that_is_wrong_with_a_request_is_told_at_once() {
 }
 
 #[test]
-fn a_load_or_a_name_that_cannot_be_is_told_at_its_change() {
+fn a_load_or_a_name_that_cannot_be_is_reported_at_its_change() {
     let mut service = opened();
     let heavy = json!({"to_m": [10.5, 2.5, 3], "load_kg": 999});
     let changes = json!([
@@ -301,7 +301,8 @@ fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
 }
 
 #[test]
-fn a_field_of_another_kind_is_told_at_its_place_in_words_of_the_message_and_not_of_its_reader() {
+fn a_field_of_another_kind_is_reported_at_its_place_in_words_of_the_message_and_not_of_its_reader()
+{
     let mut service = opened();
     let task = json!({"to_m": [12.5, 9.5, 1.5], "dwell_s": 1, "load_kg": 0.1});
     let changes = json!([
@@ -393,7 +394,7 @@ fn a_field_of_another_kind_is_told_at_its_place_in_words_of_the_message_and_not_
 }
 
 #[test]
-fn a_plan_that_is_handed_in_and_is_none_is_told_at_its_field() {
+fn a_plan_that_is_handed_in_and_is_none_is_reported_at_its_field() {
     let mut service = opened();
     let whole = tell(&mut service, &json!({"method": "plan"})).answer.result;
     let whole = serde_json::to_value(whole.unwrap()).unwrap();
@@ -708,7 +709,7 @@ fn land_all(service: &mut Service, at_s: f64) -> Handled {
 }
 
 #[test]
-fn all_that_fly_land_soon_and_near_in_one_patch_and_who_is_on_the_ground_stays_there() {
+fn all_that_fly_land_soon_and_near_in_one_patch_and_those_on_the_ground_stay_there() {
     let mut service = open(THREE);
     let opened_records = {
         let mut again = Service::default();
@@ -882,7 +883,7 @@ fn one_that_has_no_place_to_land_is_named_and_goes_on() {
 }
 
 #[test]
-fn a_drone_that_flies_lands_where_it_is_told() {
+fn a_flying_drone_lands_where_it_is_sent() {
     let mut service = open(THREE);
     let land = |place: Value| json!([{"land": place}]);
     let nowhere = land(json!({"drone": "left"}));
@@ -1030,7 +1031,7 @@ fn third() -> Value {
 }
 
 #[test]
-fn a_drone_that_has_landed_stays_where_it_is_told_to_land() {
+fn a_drone_that_has_landed_stays_where_it_is_sent_to_land() {
     let mut service = opened();
     tell(&mut service, &change(1, 3.0, &json!([third()])));
     let before = flown(&service).drones[2].clone();
@@ -1197,7 +1198,7 @@ fn a_drone_that_stops_for_want_of_a_path_and_is_late_is_set_back_and_one_that_is
 }
 
 #[test]
-fn a_drone_under_the_name_of_one_that_has_failed_before_can_be_told_to_fail() {
+fn a_drone_under_the_name_of_one_that_has_failed_before_may_fail() {
     let mut service = opened();
     let fail = json!({"fail": {"drone": "left"}});
     let comes = json!({"add": {"drone": "left", "like": "right", "start_m": [10.5, 10.5, 1.5],
@@ -1223,7 +1224,7 @@ fn a_drone_under_the_name_of_one_that_has_failed_before_can_be_told_to_fail() {
 }
 
 #[test]
-fn keys_that_are_given_twice_are_told_all_at_their_places_and_none_of_them_counts() {
+fn keys_that_are_given_twice_are_reported_all_at_their_places_and_none_of_them_counts() {
     let mut service = opened();
     let before = plan_text(&mut service);
     let line = r#"{"method": "change", "params": {"revision": 7, "revision": 1, "at_s": 2, "changes":
@@ -1323,7 +1324,7 @@ fn positions_of_a_drone_that_has_left_are_passed_over_however_long_ago() {
 }
 
 #[test]
-fn after_a_replay_the_first_time_told_may_be_long_after_the_last_change() {
+fn after_a_replay_the_first_time_sent_may_be_long_after_the_last_change() {
     let mut service = opened();
     let late = json!([{"late": {"drone": "left", "by_s": 1}}]);
     let told = tell(&mut service, &change(1, 4.0, &late));

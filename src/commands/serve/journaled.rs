@@ -19,7 +19,7 @@ use crate::report::words::count;
 const MOST_TIMES: usize = 100_000;
 
 /// Most wrong lines of a journal that are listed. Chosen here: a screen.
-const MOST_TOLD: usize = 20;
+const MOST_LISTED: usize = 20;
 
 /// The plan, the journal, and how long patches took.
 pub(super) struct JournaledService {
@@ -210,9 +210,9 @@ impl JournaledService {
                 Err(what) => faults.push(at(index, &what)),
             }
         }
-        if faults.len() > MOST_TOLD {
-            let more = count(faults.len() - MOST_TOLD, "line", "lines");
-            faults.truncate(MOST_TOLD);
+        if faults.len() > MOST_LISTED {
+            let more = count(faults.len() - MOST_LISTED, "line", "lines");
+            faults.truncate(MOST_LISTED);
             faults.push(format!("{more} more"));
         }
         if !faults.is_empty() {

@@ -14,7 +14,7 @@ use crate::io::watch::resident_memory_bytes;
 /// allocator keeps of the largest patch.
 const FLAT: f64 = 1.2;
 /// Faults listed of each kind: chosen here, a screen's worth.
-const MOST_TOLD: usize = 20;
+const MOST_LISTED: usize = 20;
 /// From how many looks at it on memory is judged, chosen here: before, a fleet still fills what it
 /// has.
 const MOST_LOOKS: usize = 20;
@@ -229,7 +229,12 @@ impl Tally {
             ),
         ];
         lines.extend(self.faults_taken.iter().map(|it| format!("  {it}")));
-        lines.extend(self.why.iter().take(MOST_TOLD).map(|it| format!("  {it}")));
+        lines.extend(
+            self.why
+                .iter()
+                .take(MOST_LISTED)
+                .map(|it| format!("  {it}")),
+        );
         lines.push("  at (s)  drones  break points  memory (MiB)  violations".to_owned());
         for it in &self.looks {
             let memory = it
@@ -246,7 +251,7 @@ impl Tally {
         lines.extend(
             self.violations()
                 .into_iter()
-                .take(MOST_TOLD)
+                .take(MOST_LISTED)
                 .map(|it| format!("  violated: {it}")),
         );
         lines.push(format!(
@@ -276,7 +281,7 @@ impl Tally {
                 it.flown, it.touching, it.in_obstacles, it.over_limit, it.tracking_max_m
             ));
             let touching = drones.iter().filter(|it| it.touches());
-            for it in touching.take(MOST_TOLD) {
+            for it in touching.take(MOST_LISTED) {
                 lines.push(format!(
                     "  {} touches {} at {:.1} s, {:.2} m deep",
                     it.name,
@@ -286,7 +291,7 @@ impl Tally {
                 ));
             }
             let over = drones.iter().filter(|it| it.over_limit_s > 0.0);
-            for it in over.take(MOST_TOLD) {
+            for it in over.take(MOST_LISTED) {
                 lines.push(format!(
                     "  {} is over its limit for {:.2} s: {:.2} of its induced velocity, of {:.2}",
                     it.name, it.over_limit_s, it.worst_alpha, it.air_limit

@@ -88,7 +88,7 @@ fn random_flights(case: u32) -> Plan {
 const LAGS: u32 = 6;
 
 #[test]
-fn the_worst_advected_air_told_is_that_of_dense_samples() {
+fn the_worst_advected_air_reported_is_that_of_dense_samples() {
     for case in 0..6 {
         let effects = lagging(0.5 + 0.5 * f64::from(case));
         let plan = in_air(&random_flights(case), effects);

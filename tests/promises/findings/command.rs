@@ -99,7 +99,7 @@ fn the_report_names_only_effects_that_move_the_air_a_limit_counts() {
 }
 
 #[test]
-fn a_finding_that_cannot_be_flown_or_read_is_told_with_exit_code_2() {
+fn a_finding_that_cannot_be_flown_or_read_is_reported_with_exit_code_2() {
     let desk = tempfile::tempdir().unwrap();
     fs::write(desk.path().join("plain.ron"), hall("")).unwrap();
     let merging = "Finding(verdict: library, effects: (jet_merging: (exponent: 0.8)))";

@@ -262,7 +262,7 @@ fn jets_that_merge_otherwise_than_assumed_are_judged_as_found() {
 
 /// The verifier against samples of the field itself, every 2 ms.
 #[test]
-fn the_worst_air_told_is_that_of_dense_samples() {
+fn the_worst_air_reported_is_that_of_dense_samples() {
     let effects = [wind(0.3, 0.4), tilt(0.2, -0.1), heavier(1.7)];
     for effects in effects {
         let knots = [(0.0, [7.0, 10.6, 3.0]), (4.0, [13.0, 10.2, 2.5])];

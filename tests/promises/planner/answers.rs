@@ -32,7 +32,7 @@ fn starts_that_exclude_each_other_are_named_before_any_search() {
 }
 
 #[test]
-fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
+fn of_two_goals_that_exclude_each_other_one_is_unplanned_and_the_rest_flies() {
     let world = room(
         [12.0, 12.0, 6.0],
         vec![
@@ -118,7 +118,7 @@ fn corridor_with_bay(bay: bool) -> World {
 }
 
 #[test]
-fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
+fn a_drone_whose_goal_blocks_another_lets_it_pass_first() {
     // The drone with the shorter path is planned first and stops where the other must pass.
     let mut world = corridor_with_bay(true);
     world.drones[1].start_m.x = 0.5;
@@ -134,7 +134,7 @@ fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
 }
 
 #[test]
-fn a_drone_steps_aside_for_one_with_an_appointment_and_comes_back() {
+fn a_drone_steps_aside_for_one_with_an_appointment_and_returns() {
     // They trade places through a corridor that neither can pass the other in.
     let mut world = room(
         [20.0, 6.0, 3.0],
@@ -154,7 +154,7 @@ fn a_drone_steps_aside_for_one_with_an_appointment_and_comes_back() {
 }
 
 #[test]
-fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
+fn without_room_to_pass_the_unplanned_drone_names_its_blocker_with_place_and_time() {
     let mut world = corridor_with_bay(false);
     // Too low to pass above one that hovers.
     world.bounds_m.max.z = 0.75;
@@ -163,10 +163,10 @@ fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
     world.drones[0].tasks.clear();
     let plan = planned(&world);
     assert_sound(&world, &plan);
-    let left_out = plan.unplanned.iter().find(|it| it.name == "long");
+    let unplanned = plan.unplanned.iter().find(|it| it.name == "long");
     // What it would take alone is known all the same.
     assert!(plan.drones[1].name == "long" && plan.drones[1].alone_s > 5.0);
-    let reason = &left_out.expect("no path past").reason;
+    let reason = &unplanned.expect("no path past").reason;
     assert!(reason.contains("`short`"), "{reason}");
     // A place in brackets and a time in seconds.
     assert!(
@@ -279,7 +279,7 @@ fn aside_m(above_m: f64, alpha: f64) -> f64 {
 /// `lower` and `upper` cannot leave their starts, where the wake of one reaches the other with
 /// three quarters of what it may; a drone that hovers at a goal beside them must not add to that.
 #[test]
-fn no_drone_ends_where_it_adds_too_much_to_those_who_stay() {
+fn no_drone_ends_where_it_adds_too_much_to_those_that_stay() {
     let aside_m = aside_m(3.5, 0.23);
     let behind = [10.5, 6.5, 3.0];
     let mut drones = vec![

@@ -30,12 +30,12 @@ pub(super) fn assert_done(world: &World, plan: &Plan) {
             "{done:#?}"
         );
         assert_eq!(done.trajectory.t_s.first(), Some(&0.0));
-        let left_out: Vec<_> = plan
+        let unplanned: Vec<_> = plan
             .unplanned
             .iter()
             .filter(|it| it.name == drone.name)
             .collect();
-        match left_out[..] {
+        match unplanned[..] {
             [] => {
                 assert_flown(world, drone, done);
                 arrivals_s += done.arrives_s;

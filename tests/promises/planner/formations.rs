@@ -131,7 +131,7 @@ fn no_drone_takes_a_place_that_only_another_can_take() {
 
 /// Where another is to hover above it from then on, it takes off before.
 #[test]
-fn who_is_due_late_waits_on_the_ground_and_flies_straight_there() {
+fn a_drone_that_is_due_late_waits_on_the_ground_and_flies_straight_there() {
     let text = |due_s: f64, others: &str| {
         format!(
             r#"(name: "late", bounds_m: (min: (0, 0, 0), max: (20, 10, 6)), drones: [

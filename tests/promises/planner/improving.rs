@@ -34,7 +34,7 @@ fn assert_safe(world: &World, plan: &Plan) {
 }
 
 #[test]
-fn time_that_is_left_makes_a_plan_better_by_what_is_told() {
+fn time_that_is_left_makes_a_plan_better_by_what_is_reported() {
     let world = crowd();
     let (first, effort) = planned_for(&world, 0);
     assert_eq!(effort.improved_s(), None);
@@ -82,7 +82,7 @@ fn the_number_of_threads_does_not_change_how_a_plan_gets_better() {
 }
 
 #[test]
-fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_who_had_a_way() {
+fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_that_had_a_path() {
     let world = crowd();
     let mut planned = Vec::new();
     for looks in [0, 10, 4_000] {

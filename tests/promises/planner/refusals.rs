@@ -235,7 +235,7 @@ fn closed_by_gap() -> ClosedBy {
 }
 
 #[test]
-fn a_drone_that_cannot_be_there_in_time_is_told_when_it_is_and_then_planned() {
+fn a_drone_that_cannot_be_there_in_time_is_offered_when_it_is_and_then_planned() {
     let mut world = room(
         [12.0, 6.0, 3.0],
         vec![drone("k", "kolibri", [1.0, 3.0, 1.0], [11.0, 5.0, 1.0])],
@@ -313,7 +313,7 @@ fn drones_fly_through_a_passage_at_thirty_degrees() {
 }
 
 #[test]
-fn a_drone_whose_downwash_is_too_strong_at_its_task_is_told_a_place_with_which_it_is_planned() {
+fn a_drone_whose_downwash_is_too_strong_at_its_task_is_offered_a_place_with_which_it_is_planned() {
     let mut world = room(
         [12.0, 6.0, 4.0],
         vec![drone("k", "kolibri", [1.0, 1.0, 1.0], [11.0, 5.0, 1.0])],
@@ -357,7 +357,7 @@ fn below_a_ceiling(tasks_m: &[[f64; 3]], zone: [[f64; 3]; 2]) -> World {
 }
 
 #[test]
-fn above_a_zone_bounds_that_reach_farther_up_are_told_and_planned() {
+fn above_a_zone_bounds_that_reach_farther_up_are_reported_and_planned() {
     let task_above = below_a_ceiling(
         &[[10.0, 10.0, 2.0], [2.0, 10.0, 2.0]],
         [[6.0, 6.0, 0.0], [14.0, 14.0, 1.0]],
@@ -519,7 +519,7 @@ fn read(text: &str) -> World {
 /// A wall with a gap half a metre wide, which no step of one metre passes: the way round it takes
 /// three times as long as there is.
 #[test]
-fn a_place_is_told_with_which_others_are_planned_by_a_closer_look_alone() {
+fn a_place_is_reported_with_which_others_are_planned_by_a_closer_look_alone() {
     let world = read(
         r#"Scenario(name: "occupied", bounds_m: (min: (0, 0, 0), max: (10, 10, 5)), drones: [
             (name: "a", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (5, 5, 1))]),
@@ -648,7 +648,7 @@ fn two_dwells_at_one_place_are_each_kept() {
 
 /// Pads in a rack, and between a rack and a post that is nearer than a drone may stray.
 #[test]
-fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_told() {
+fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_reported() {
     for (tasks, start) in [
         ("", (4.5, 4.3)),
         ("", (3.9, 5.0)),
@@ -681,7 +681,7 @@ fn where_a_landed_drone_cannot_stand_it_can_at_the_place_that_is_told() {
 /// A zone across most of a hall lets one by at its far side alone: who is due before it can be
 /// there that way is late, whatever zone it would be stopped by if it flew straight on.
 #[test]
-fn who_passes_a_zone_too_late_is_told_when_it_is_there_and_not_that_the_zone_stops_it() {
+fn a_drone_that_crosses_a_zone_too_late_is_refused_with_when_it_is_there_and_not_with_the_zone() {
     let world = |due_s: f64, dwell_s: f64| {
         read(&format!(
             r#"Scenario(name: "late", bounds_m: (min: (0, 0, 0), max: (20, 20, 3)),

@@ -29,7 +29,7 @@ fn crossing() -> World {
 }
 
 #[test]
-fn a_planner_told_to_stop_leaves_drones_out_and_is_still_safe() {
+fn a_planner_that_is_stopped_leaves_drones_unplanned_and_is_still_safe() {
     let world = crossing();
     let mut planned = Vec::new();
     for calls in [0, 1, 2, 3, 5, 8, 12, 40] {

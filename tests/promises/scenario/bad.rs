@@ -40,7 +40,7 @@ fn pages(cases: &[(&str, String)]) -> String {
 }
 
 #[test]
-fn text_that_is_no_scenario_is_told_so_where_it_breaks() {
+fn text_that_is_no_scenario_is_reported_where_it_breaks() {
     reviewed(
         "no_scenario",
         &pages(&[
@@ -275,7 +275,7 @@ fn places_in_obstacles_and_out_of_bounds_come_with_the_nearest_free_one() {
 }
 
 #[test]
-fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
+fn formations_that_cannot_be_flown_are_reported_where_they_are_asked_for() {
     let show = |formations: &str| {
         let drone = |k: usize| {
             format!(
@@ -354,7 +354,7 @@ fn formations_that_cannot_be_flown_are_told_where_they_are_asked_for() {
 }
 
 #[test]
-fn all_errors_of_a_file_are_told_at_once() {
+fn all_errors_of_a_file_are_reported_at_once() {
     let text = r#"Scenario(
   name: "many",
   bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),

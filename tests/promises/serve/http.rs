@@ -357,7 +357,7 @@ fn a_server_killed_between_requests_over_http_keeps_what_it_answered() {
 }
 
 #[test]
-fn a_server_that_is_told_to_end_has_kept_what_it_answered_and_says_how_long_patches_took() {
+fn a_server_that_is_stopped_has_kept_what_it_answered_and_says_how_long_patches_took() {
     let folder = tempfile::tempdir().unwrap();
     let plans = uninterrupted(folder.path());
     let more = ["--journal", "ended.jsonl", "--log", "json"];

@@ -64,7 +64,7 @@ fn a_drone_that_follows_another_is_in_its_air_though_never_below_it() {
 }
 
 #[test]
-fn exposure_to_advected_wakes_is_told_from_when_on_until_when_it_is_over_the_limit() {
+fn exposure_to_advected_wakes_is_reported_from_when_on_until_when_it_is_over_the_limit() {
     let stays = |name: &str, at: [f64; 3]| drone(name, "crazyflie-2.1", &[(0.0, at), (60.0, at)]);
     let hover = plan(vec![
         stays("below", [5.0, 5.0, 1.0]),

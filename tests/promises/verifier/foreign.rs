@@ -84,7 +84,7 @@ fn a_plan_without_results_takes_presets_by_name_and_defaults() {
 }
 
 #[test]
-fn limits_that_are_left_out_hold_in_plan_2_and_not_in_plan_1() {
+fn limits_that_are_omitted_hold_in_plan_2_and_not_in_plan_1() {
     let fast = |format: &'static str| {
         changed(LEAST, |plan| {
             plan["format"] = json!(format);
@@ -103,7 +103,7 @@ fn limits_that_are_left_out_hold_in_plan_2_and_not_in_plan_1() {
 }
 
 #[test]
-fn all_fields_of_a_plan_that_are_wrong_are_told_at_once() {
+fn all_fields_of_a_plan_that_are_wrong_are_reported_at_once() {
     let text = changed(LEAST, |plan| {
         let drones = &mut plan["drones"];
         drones[0]["trajectory"]["t_s"][1] = json!("four");
@@ -545,7 +545,7 @@ fn a_drone_of_a_log_whose_samples_end_in_the_air_hovers_on() {
 }
 
 #[test]
-fn what_is_wrong_with_a_log_is_told_with_its_line() {
+fn what_is_wrong_with_a_log_is_reported_with_its_line() {
     let told = |text: &str, fleet: &str| flown(text, fleet).unwrap_err().to_string();
     assert!(told("t_s,drone,x_m\n0,a,1\n", FLEET).contains("y_m, z_m"));
     assert!(told("t_s,drone,x_m,y_m,z_m\n", FLEET).contains("no rows"));
@@ -577,7 +577,7 @@ fn what_is_wrong_with_a_log_is_told_with_its_line() {
 /// A hundred drones at one place and two beside it: the crowd is named, pair by pair up to a point,
 /// the rest of its pairs counted, and what else is wrong is not forgotten.
 #[test]
-fn of_a_crowd_at_one_place_the_worst_pairs_are_told_and_the_rest_counted() {
+fn of_a_crowd_at_one_place_the_worst_pairs_are_reported_and_the_rest_counted() {
     let text = changed(LEAST, |plan| {
         let one =
             json!({"airframe": "kolibri", "trajectory": {"t_s": [0], "position_m": [[5, 8, 4]]}});
@@ -598,7 +598,7 @@ fn of_a_crowd_at_one_place_the_worst_pairs_are_told_and_the_rest_counted() {
     let pairs: Vec<(&str, Option<&str>)> = collisions
         .map(|it| (it.drone.as_str(), it.with.as_deref()))
         .collect();
-    assert_eq!(pairs.len() + found.untold, 100 * 99 / 2 + 1);
+    assert_eq!(pairs.len() + found.omitted, 100 * 99 / 2 + 1);
     assert_eq!(pairs.iter().filter(|(one, _)| *one == "c0").count(), 64);
     assert!((0..99).all(|k| pairs.iter().any(|(one, _)| *one == format!("c{k}"))));
     assert!(pairs.contains(&("c100", Some("c101"))));
@@ -627,7 +627,7 @@ fn of_thousands_on_one_path_a_few_pairs_each_are_judged_and_the_rest_counted() {
         violations.filter(move |it| it.kind == kind)
     };
     let collisions = of(ViolationKind::Collision).count();
-    assert_eq!(collisions + found.untold, 2000 * 1999 / 2);
+    assert_eq!(collisions + found.omitted, 2000 * 1999 / 2);
     assert!(collisions < 10_000, "{collisions}");
     let outside: Vec<&str> = of(ViolationKind::Bounds)
         .map(|it| it.drone.as_str())

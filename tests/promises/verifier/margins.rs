@@ -413,7 +413,7 @@ fn a_take_off_or_a_landing_askew_and_one_too_fast_are_refused() {
 }
 
 #[test]
-fn a_drone_may_be_as_late_as_is_told_and_no_later() {
+fn a_drone_may_be_as_late_as_is_reported_and_no_later() {
     let cases = [
         crossing(0.4),
         crossing(1.0),

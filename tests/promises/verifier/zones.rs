@@ -91,7 +91,7 @@ fn air_just_over_the_limit_of_a_zone_hides_none_that_is_farther_over_it() {
 }
 
 #[test]
-fn an_upper_bound_is_not_told_as_air_that_was_reached() {
+fn an_upper_bound_is_not_reported_as_air_that_was_reached() {
     let hovers = drone("a", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]);
     let over = with_zone(plan(vec![hovers]), [4.0, 4.0, 0.0], [6.0, 6.0, 2.0], 0.5);
     let mut found = verify(&over).violations.remove(0);

@@ -218,7 +218,7 @@ fn the_cone_holds_exactly_the_points_within_the_half_width() {
         let rotor_m = Point3::new(3.0, -2.0, 12.0);
         let ends_at_z_m = 0.5;
         let section = cone(&wake, rotor_m.z - ends_at_z_m).expect("far field above the end");
-        let placed = section.hung(rotor_m).expect("a frustum");
+        let placed = section.placed_below(rotor_m).expect("a frustum");
         for _ in 0..POINTS {
             let depth_m = random.between(0.0, 13.0);
             let half_width_m = wake.half_width_m(depth_m);

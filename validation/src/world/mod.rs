@@ -26,5 +26,5 @@ pub(crate) use draughts::{Flap, Panel, Room, Shelf, Vent, Wall};
 pub(crate) use instrument::{Faults, Instrument, Odd, Readings};
 pub(crate) use jet::{Drone, GRAVITY, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, density};
 pub(crate) use noise::{Noise, Seen, detectable};
-pub(crate) use rotor::{Answer, Met};
+pub(crate) use rotor::{Answer, ReceiverConditions};
 pub(crate) use route::Route;

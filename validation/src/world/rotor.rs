@@ -16,7 +16,7 @@ pub(crate) struct Answer {
 
 /// Where a receiver is, and on what.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Met {
+pub(crate) struct ReceiverConditions {
     /// Air from above over its induced speed.
     pub(crate) alpha: f64,
     pub(crate) above_floor_m: Option<f64>,
@@ -27,7 +27,7 @@ pub(crate) struct Met {
 
 impl Answer {
     /// Throttle over that of hover.
-    pub(crate) fn throttle(&self, drone: &Drone, met: &Met) -> f64 {
+    pub(crate) fn throttle(&self, drone: &Drone, met: &ReceiverConditions) -> f64 {
         // Momentum theory at constant thrust: the speed through the disc solves v (v - alpha) = 1.
         let through = 0.5 * (met.alpha + (met.alpha * met.alpha + 4.0).sqrt());
         let mut throttle = through.sqrt();

@@ -17,8 +17,8 @@ pub(super) struct FarLoads {
     /// Emitter by emitter, the largest of these.
     pub(super) on_any: Vec<Vec<u32>>,
     /// Kind by kind, kind by kind.
-    pub(super) tight_m: Vec<f64>,
-    pub(super) near_m: f64,
+    pub(super) exact_within_m: Vec<f64>,
+    pub(super) pairwise_within_m: f64,
 }
 
 impl FarLoads {
@@ -40,7 +40,7 @@ impl FarLoads {
                 steps.map(worst).collect()
             })
             .collect();
-        let tight_m: Vec<f64> = pairs()
+        let exact_within_m: Vec<f64> = pairs()
             .map(|(one, other)| {
                 let strong = |loads: &[u32]| loads.partition_point(|&load| load > FAR_LOAD);
                 let steps = strong(of(one, other)).max(strong(of(other, one)));
@@ -54,10 +54,10 @@ impl FarLoads {
             .collect();
         FarLoads {
             // A millionth less, so that bins that only touch are not asked.
-            near_m: tight_m.iter().copied().fold(0.0, f64::max) - 1e-6,
+            pairwise_within_m: exact_within_m.iter().copied().fold(0.0, f64::max) - 1e-6,
             loads,
             on_any,
-            tight_m,
+            exact_within_m,
         }
     }
 }

@@ -17,7 +17,7 @@ fn fleet(superposition: Superposition) -> Fleet {
         fastest_mps: 2.0,
         gaps_m: [0.1; 3],
         shift: 0,
-        astray_m: 0.0,
+        path_deviation_m: 0.0,
         deepest_m: 6.0,
         lowest_air_limit: 0.3,
         lowest_zone_limit_mps: f64::INFINITY,
@@ -63,7 +63,7 @@ fn to_swap_two_legs_is_to_swap_what_they_do_to_each_other() {
         let there = fleet.meet(&first, &second, ends);
         let back = fleet.meet(&second, &first, [ends[1], ends[0]]);
         met += u32::from(there.is_some());
-        let swapped = back.map(|meeting| Meeting {
+        let swapped = back.map(|meeting| LegInteraction {
             load_on_first: meeting.load_on_second,
             load_on_second: meeting.load_on_first,
             alpha_first: meeting.alpha_second,
@@ -111,7 +111,7 @@ fn no_delay_within_the_margin_does_more_than_the_shifted_legs_say() {
             };
             let there = planned.meet(&held(&first, mine), &held(&second, theirs), ends);
             let there = there.unwrap_or_default();
-            met += u32::from(there != Meeting::default());
+            met += u32::from(there != LegInteraction::default());
             touched += u32::from(there.bodies);
             let holds = (said.bodies || !there.bodies)
                 && (said.column || !there.column)

@@ -29,12 +29,12 @@ pub(super) struct Layout {
 #[derive(Clone, Debug)]
 struct Member {
     name: String,
-    kind: Kind,
+    kind: CdrType,
     count: Count,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+enum CdrType {
     /// By its letter.
     Number(u8),
     Text,
@@ -97,7 +97,7 @@ impl Layout {
         for members in types.iter_mut().filter(|members| members.is_empty()) {
             members.push(Member {
                 name: String::new(),
-                kind: Kind::Number(b'B'),
+                kind: CdrType::Number(b'B'),
                 count: Count::One,
             });
         }
@@ -123,8 +123,8 @@ impl Layout {
             };
             path.push((at, element));
             within = match members[at].kind {
-                Kind::Group(of) => Some(of),
-                Kind::Number(_) | Kind::Text => None,
+                CdrType::Group(of) => Some(of),
+                CdrType::Number(_) | CdrType::Text => None,
             };
         }
         within.is_none().then_some(Path(path))
@@ -211,8 +211,8 @@ fn member(
     };
     let is_text = of == "string" || of.starts_with("string<=");
     let kind = match letter {
-        Some(letter) => Kind::Number(letter),
-        None if is_text => Kind::Text,
+        Some(letter) => CdrType::Number(letter),
+        None if is_text => CdrType::Text,
         None => {
             let whole = match of {
                 "Header" => "std_msgs/Header".to_owned(),
@@ -221,7 +221,7 @@ fn member(
             };
             let place = places.get(&whole);
             let place = place.ok_or_else(|| format!("the type `{of}` is not defined"))?;
-            Kind::Group(*place)
+            CdrType::Group(*place)
         }
     };
     Ok(Some(Member {
@@ -297,7 +297,7 @@ impl<'b, V: FnMut(usize, Value<'b>)> Walk<'_, 'b, V> {
                 Count::Fixed(count) => count,
                 Count::Any => self.cursor.length()?,
             };
-            if let Kind::Number(letter) = member.kind {
+            if let CdrType::Number(letter) = member.kind {
                 let size = binary::size(letter).unwrap_or(1);
                 // An array of none takes no place and moves to none.
                 let raw = match count {
@@ -314,7 +314,7 @@ impl<'b, V: FnMut(usize, Value<'b>)> Walk<'_, 'b, V> {
             }
             for element in 0..count {
                 match member.kind {
-                    Kind::Group(of) => {
+                    CdrType::Group(of) => {
                         self.path.push((at, element));
                         self.group(of)?;
                         self.path.pop();

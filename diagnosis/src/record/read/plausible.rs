@@ -452,7 +452,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// flight; and accelerations that no instrument reads.
 fn felt(track: &Track, gravity_mps2: f64) -> Option<(String, String)> {
     let force_mps2 = track.specific_force_mps2.as_ref()?;
-    let runs: Vec<Run> = runs(track).collect();
+    let runs: Vec<GaplessRows> = runs(track).collect();
     if runs.len() < STRETCHES {
         return None;
     }
@@ -536,12 +536,12 @@ struct Stretch {
 }
 
 /// Rows without a gap, from and to.
-struct Run {
+struct GaplessRows {
     from: usize,
     to: usize,
 }
 
-fn runs(track: &Track) -> impl Iterator<Item = Run> + '_ {
+fn runs(track: &Track) -> impl Iterator<Item = GaplessRows> + '_ {
     let mut next = 0;
     std::iter::from_fn(move || {
         'starts: while next + STRETCH_STEPS < track.t_s.len() {
@@ -553,7 +553,7 @@ fn runs(track: &Track) -> impl Iterator<Item = Run> + '_ {
                 }
                 if to - from >= STRETCH_STEPS && track.t_s[to] - track.t_s[from] >= STRETCH_S {
                     next = to;
-                    return Some(Run { from, to });
+                    return Some(GaplessRows { from, to });
                 }
             }
             break;
@@ -563,7 +563,7 @@ fn runs(track: &Track) -> impl Iterator<Item = Run> + '_ {
 }
 
 fn stretches(track: &Track) -> Vec<Stretch> {
-    let stretch = |Run { from, to }: Run| {
+    let stretch = |GaplessRows { from, to }: GaplessRows| {
         let mut integrated_m = Vector3::zeros();
         for row in from..to {
             let step_s = track.t_s[row + 1] - track.t_s[row];

@@ -86,12 +86,12 @@ impl Backwards {
         if self.known.is_empty() {
             self.begin(roadmap, goal);
         }
-        self.look_on(roadmap, mover, from, u32::MAX, is_open);
+        self.extend_bound(roadmap, mover, from, u32::MAX, is_open);
         self.at_least(roadmap, from).0
     }
 
     /// Raises what is known of a place by so many ticks, if it is not known for good before.
-    pub(crate) fn look_on(
+    pub(crate) fn extend_bound(
         &mut self,
         roadmap: &Roadmap,
         mover: &Mover,

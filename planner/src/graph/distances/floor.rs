@@ -54,7 +54,7 @@ impl<'a> Floor<'a> {
 
     /// Raises what is known of a place by so many ticks, if it is not known for good before.
     /// Whether a column is open is asked with the least ticks to it from where the drone comes.
-    pub(crate) fn look_on(&mut self, place: u32, by: u32, is_open: impl Fn(u32, u32) -> bool) {
+    pub(crate) fn extend_bound(&mut self, place: u32, by: u32, is_open: impl Fn(u32, u32) -> bool) {
         let column = self.lattice.column(place);
         let until = self.now.saturating_add(by as usize);
         while !self.done[column] && self.now < until.min(self.buckets.len()) {

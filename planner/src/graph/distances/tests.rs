@@ -50,7 +50,7 @@ fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
         .map(|point_m| Stop {
             point_m,
             radius_m: RADIUS_M,
-            swerve_m: 0.0,
+            corner_deviation_m: 0.0,
             lift_m: None,
         })
         .collect();
@@ -164,7 +164,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
     let stop = Stop {
         point_m: Point3::new(0.5, 0.5, 0.5),
         radius_m: RADIUS_M,
-        swerve_m: 0.0,
+        corner_deviation_m: 0.0,
         lift_m: None,
     };
     let (roadmap, _) = Roadmap::new(&bounds, &Spacing::of(1.0), None, &[stop]);
@@ -185,7 +185,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
         let mut air = distances.backwards(&roadmap, from);
         for asked in [from].into_iter().chain((50..80).map(place)) {
             let known_before = floor.at_least(asked).0;
-            floor.look_on(asked, u32::MAX, |column, lead| {
+            floor.extend_bound(asked, u32::MAX, |column, lead| {
                 is_open(column as usize, lead)
             });
             let bound = floor.at_least(asked).0;

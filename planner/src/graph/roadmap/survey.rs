@@ -52,7 +52,7 @@ pub(crate) struct Stop {
     /// Radius of the ball that must stay clear on the edges from and to here (m).
     pub(crate) radius_m: f64,
     /// How far from a corner of its path the drone may pass (m).
-    pub(crate) swerve_m: f64,
+    pub(crate) corner_deviation_m: f64,
     /// A drone that stands on something leaves straight up, at least so far (m); smaller clearance
     /// is forgiven on that path. `None`: it hovers.
     pub(crate) lift_m: Option<f64>,

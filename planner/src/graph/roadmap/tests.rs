@@ -33,7 +33,7 @@ fn stop(point_m: [f64; 3], grounded: bool) -> Stop {
     Stop {
         point_m: point_m.into(),
         radius_m: RADIUS_M,
-        swerve_m: 0.0,
+        corner_deviation_m: 0.0,
         lift_m: grounded.then_some(0.02),
     }
 }
@@ -136,7 +136,7 @@ fn no_drone_takes_off_under_a_roof() {
 }
 
 #[test]
-fn a_slit_lets_through_only_those_who_fit() {
+fn a_slit_lets_through_only_drones_that_fit() {
     // A wall from side to side with a slit 0.5 m wide about y = 2.
     let solids = solids(&[
         ([3.0, 0.0, 0.0], [3.2, 1.75, 3.0]),

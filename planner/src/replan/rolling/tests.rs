@@ -145,7 +145,7 @@ fn flights_judged_again_where_others_changed_break_what_the_whole_plan_judged_an
 }
 
 #[test]
-fn what_was_broken_before_a_change_stays_told_after_it() {
+fn violations_before_a_change_stay_reported_after_it() {
     let (world, plan) = hall(60);
     let mut running = Running::new(world, plan.clone()).expect("its plan");
     let later = |drone: &DronePlan, since_s: f64| {
@@ -428,7 +428,7 @@ mod by_default;
 mod refusals;
 
 #[test]
-fn a_late_drone_within_the_margins_of_another_is_told_with_who_and_how_near() {
+fn a_late_drone_within_the_margins_of_another_is_reported_with_that_drone_and_the_distance() {
     let text = r#"Scenario(name: "crossing", bounds_m: (min: (0, 0, 0), max: (16, 10, 3)),
         planning: (cell_m: 1), drones: [
         (name: "along", airframe: "kolibri", start_m: (1.5, 5.5, 1.5), tasks: [(to_m: (14.5, 5.5, 1.5))]),
@@ -583,7 +583,7 @@ fn a_drone_that_drops_all_it_had_to_do_comes_to_rest_before_it_leaves_or_lands()
 }
 
 #[test]
-fn a_drone_that_flies_and_is_told_no_place_comes_to_rest_and_lands() {
+fn a_flying_drone_without_a_place_comes_to_rest_and_lands() {
     for motion in ["Straight", "Smooth"] {
         let mut running = alone("Hover", motion);
         let lands = Change::Landed {
@@ -705,7 +705,7 @@ fn a_late_drone_that_flies_smoothly_is_where_and_as_fast_as_it_was() {
 }
 
 #[test]
-fn a_drone_that_has_failed_lies_in_the_way_until_it_is_taken_out() {
+fn a_failed_drone_is_an_obstacle_until_it_is_taken_out() {
     let (world, plan) = hall(12);
     let mut running = Running::new(world, plan).expect("its plan");
     let failed = find(running.plan(), "d1").clone();
@@ -1095,7 +1095,7 @@ fn room_for_what_others_fly_is_given_back_once_they_have_left() {
     let (world, plan) = planned(&text("own", 2.5));
     let mut running = Running::new(world, plan).expect("its plan");
     running.note(0.0, &theirs.drones).expect("in order");
-    assert!(running.job.others_astray_m > 0.0);
+    assert!(running.job.fixed_path_deviation_m > 0.0);
     let own = running.world().drones[0].clone();
     let comes = Change::Added(Drone {
         name: "next".to_owned(),
@@ -1103,10 +1103,10 @@ fn room_for_what_others_fly_is_given_back_once_they_have_left() {
     });
     let told = running.replan(60.0, &[comes], &Control::QUIET);
     told.expect("in order");
-    assert!(running.job.others_astray_m > 0.0);
+    assert!(running.job.fixed_path_deviation_m > 0.0);
     running.forget(55.0);
     assert_eq!(running.plan().drones.len(), 1);
-    assert_eq!(running.job.others_astray_m, 0.0);
+    assert_eq!(running.job.fixed_path_deviation_m, 0.0);
 }
 
 #[test]

@@ -2,13 +2,13 @@
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Tick};
-use costmap::verdict::{Blocker, Incoming, Verdict, Why, peak};
+use costmap::verdict::{Blocker, IncomingLoad, Verdict, Why, peak};
 
 use super::column::spells;
 use super::directions::index;
-use super::steps::{LOADS, STILL, Span};
+use super::steps::{DelaySpan, LOADS, STILL};
 use super::table::Near;
-use super::{FORBIDDEN, Record, ReservationTable, Taken};
+use super::{FORBIDDEN, ReservationTable, StepRecord, UnsafeInterval};
 use crate::graph::roadmap::Vertex;
 
 /// What wakes may add up to here (parts of `LOADS`): chosen here, a fifth more than a budget, since
@@ -72,9 +72,13 @@ impl ReservationTable<'_> {
     }
 
     /// When a place is taken by others, in order of beginning.
-    fn taken_to(&self, by: Querier, place: Vertex) -> impl Iterator<Item = &Taken> {
-        let taken = self.taken[by.class][place as usize].iter();
-        taken.filter(move |it| it.drone != by.drone)
+    fn unsafe_intervals_for(
+        &self,
+        by: Querier,
+        place: Vertex,
+    ) -> impl Iterator<Item = &UnsafeInterval> {
+        let intervals = self.unsafe_intervals[by.class][place as usize].iter();
+        intervals.filter(move |it| it.drone != by.drone)
     }
 
     /// Until when a place is free to hover at from a moment on but for evicted drones, and when it
@@ -84,11 +88,11 @@ impl ReservationTable<'_> {
         by: Querier,
         place: Vertex,
         from: Tick,
-        gives_way: impl Fn(DroneId) -> bool,
+        is_evicted: impl Fn(DroneId) -> bool,
     ) -> (Tick, Tick) {
-        let mut taken = self.taken_to(by, place);
+        let mut intervals = self.unsafe_intervals_for(by, place);
         let next =
-            taken.find(|it| it.clear > from && it.price == FORBIDDEN && !gives_way(it.drone));
+            intervals.find(|it| it.clear > from && it.price == FORBIDDEN && !is_evicted(it.drone));
         next.map_or((Tick::FOREVER, Tick::FOREVER), |it| {
             (it.began.max(from), it.clear)
         })
@@ -102,7 +106,7 @@ impl ReservationTable<'_> {
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
-        for it in self.taken_to(by, place) {
+        for it in self.unsafe_intervals_for(by, place) {
             if it.began >= to {
                 break;
             }
@@ -130,7 +134,7 @@ impl ReservationTable<'_> {
         verdict: &mut Verdict,
     ) {
         let ticks = to.0 - from.0;
-        for it in self.taken_to(by, place) {
+        for it in self.unsafe_intervals_for(by, place) {
             if it.began > to {
                 break;
             }
@@ -164,7 +168,7 @@ impl ReservationTable<'_> {
             let table = self.steps.table(query.by.class, other);
             let window = query.window(shift, table.longest());
             let spells = spells(window);
-            let mut look_at = |near: &Near, record: &Record| {
+            let mut look_at = |near: &Near, record: &StepRecord| {
                 let [dx, dy] = near.aside;
                 let dz = i32::from(record.layer) - at[2];
                 let is_far = dz.abs() > table.shape.extent.layers;
@@ -185,19 +189,19 @@ impl ReservationTable<'_> {
                 }
             };
             for (near, column) in self.columns_near(table.near(direction), at) {
-                if self.glances[column].may_be_passed(spells) {
+                if self.occupancy_masks[column].may_be_passed(spells) {
                     let passing = self.columns[column].passing(window);
                     passing.for_each(|record| look_at(near, record));
                 }
             }
             for (near, column) in self.columns_near(table.near_still(direction), at) {
-                if self.glances[column].is_held(window[1]) {
+                if self.occupancy_masks[column].is_held(window[1]) {
                     let staying = self.columns[column].staying(window[1]);
                     staying.for_each(|record| look_at(near, record));
                 }
             }
         }
-        !verdict.blockers.is_empty() || loads.are_borne(query.time)
+        !verdict.blockers.is_empty() || loads.are_within_budget(query.time)
     }
 
     /// Those of the columns beside a place that there are.
@@ -218,8 +222,8 @@ impl ReservationTable<'_> {
         query: &StepQuery,
         [at, there]: [[i32; 3]; 2],
         direction: usize,
-        span: &Span,
-        record: &Record,
+        span: &DelaySpan,
+        record: &StepRecord,
         verdict: &mut Verdict,
     ) -> bool {
         let (me, other) = (query.by.class, usize::from(record.class));
@@ -283,7 +287,7 @@ struct Loads {
     /// What is flown is in other parts than the steps.
     is_smooth: bool,
     /// Loads on the stepping drone, and when.
-    on_me: Vec<Incoming>,
+    on_me: Vec<IncomingLoad>,
     sum: u32,
     is_too_much_for_others: bool,
 }
@@ -295,12 +299,12 @@ impl Loads {
         &mut self,
         costmap: &Costmap,
         (window, [before, after]): ([Tick; 2], [u32; 2]),
-        span: &Span,
-        record: &Record,
+        span: &DelaySpan,
+        record: &StepRecord,
     ) {
         if span.on_first > 0 {
             let load = u32::from(span.on_first);
-            self.on_me.push(Incoming {
+            self.on_me.push(IncomingLoad {
                 from: record.drone,
                 start: record.start.before(before),
                 end: record.end.after(after),
@@ -325,7 +329,7 @@ impl Loads {
         }
     }
 
-    fn are_borne(&mut self, time: [Tick; 2]) -> bool {
+    fn are_within_budget(&mut self, time: [Tick; 2]) -> bool {
         !self.is_too_much_for_others && (self.sum <= MOST_LOADS || self.peak(time) <= MOST_LOADS)
     }
 

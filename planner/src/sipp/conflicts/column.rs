@@ -4,7 +4,7 @@ use costmap::leg::{DroneId, Tick};
 
 /// A drone's step, or stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Record {
+pub(super) struct StepRecord {
     pub(super) start: Tick,
     pub(super) end: Tick,
     pub(super) drone: DroneId,
@@ -21,22 +21,22 @@ pub(super) struct Record {
 
 /// All of them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Column {
+pub(super) struct StepColumn {
     /// What ends.
-    passing: Vec<Record>,
+    passing: Vec<StepRecord>,
     /// Latest end of each of these and all before it: apart, so that a bisection meets nothing
     /// else.
     latest: Vec<Tick>,
     /// What does not: kept apart, or else nothing that begins later would ever be over.
-    staying: Vec<Record>,
+    staying: Vec<StepRecord>,
 }
 
-impl Column {
-    pub(super) fn insert(&mut self, record: Record) {
+impl StepColumn {
+    pub(super) fn insert(&mut self, record: StepRecord) {
         if record.end == Tick::FOREVER {
             return self.staying.push(record);
         }
-        let begun = |known: &Record| known.start <= record.start;
+        let begun = |known: &StepRecord| known.start <= record.start;
         let index = self.passing.partition_point(begun);
         self.passing.insert(index, record);
         self.settle_latest(index);
@@ -58,16 +58,16 @@ impl Column {
     }
 
     /// When a drone may be there.
-    pub(super) fn glance(&self) -> Glance {
-        let mut glance = Glance::default();
+    pub(super) fn occupancy_mask(&self) -> OccupancyMask {
+        let mut mask = OccupancyMask::default();
         for record in self.passing.iter().chain(&self.staying) {
-            glance.add(record);
+            mask.add(record);
         }
-        glance
+        mask
     }
 
     /// What lasts between two ticks and ends, in order of time.
-    pub(super) fn passing(&self, [from, until]: [Tick; 2]) -> impl Iterator<Item = &Record> {
+    pub(super) fn passing(&self, [from, until]: [Tick; 2]) -> impl Iterator<Item = &StepRecord> {
         let first = self.latest.partition_point(|latest| *latest <= from);
         let begun = self.passing[first..].iter();
         begun
@@ -76,7 +76,7 @@ impl Column {
     }
 
     /// What begins before a tick and does not end.
-    pub(super) fn staying(&self, until: Tick) -> impl Iterator<Item = &Record> {
+    pub(super) fn staying(&self, until: Tick) -> impl Iterator<Item = &StepRecord> {
         (self.staying.iter()).filter(move |record| record.start < until)
     }
 }
@@ -95,22 +95,22 @@ pub(super) fn spells([from, until]: [Tick; 2]) -> u64 {
 /// When a drone may be in a column: what is known of it without a look at its steps, which are
 /// elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Glance {
+pub(super) struct OccupancyMask {
     passing: u64,
     stays_from: Tick,
 }
 
-impl Default for Glance {
-    fn default() -> Glance {
-        Glance {
+impl Default for OccupancyMask {
+    fn default() -> OccupancyMask {
+        OccupancyMask {
             passing: 0,
             stays_from: Tick::FOREVER,
         }
     }
 }
 
-impl Glance {
-    pub(super) fn add(&mut self, record: &Record) {
+impl OccupancyMask {
+    pub(super) fn add(&mut self, record: &StepRecord) {
         if record.end == Tick::FOREVER {
             self.stays_from = self.stays_from.min(record.start);
         } else {

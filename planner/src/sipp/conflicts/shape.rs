@@ -1,15 +1,15 @@
 //! How near two drones may be, by the height between them, and what follows for their steps.
 
 use costmap::verdict::price;
-use costmap::volumes::keep_out::{ConvectiveDelay, KeepOut, QuasiStatic};
+use costmap::volumes::conflict_volume::{ConflictVolume, ConvectiveDelay, QuasiStatic};
 use costmap::volumes::relative::{Line, Relative};
-use costmap::wake::advected::Carrier;
-use costmap::wake::fleet::{BUDGET, Fleet, Meeting};
+use costmap::wake::advected::ConvectiveDelayBound;
+use costmap::wake::fleet::{BUDGET, Fleet, LegInteraction};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::directions::{DIRECTIONS, STILL, cells};
-use super::steps::{Class, LOADS, Span};
+use super::steps::{Class, DelaySpan, LOADS};
 use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
@@ -39,7 +39,7 @@ pub(super) struct Shape {
     pub(super) other: Class,
     pub(super) extent: Extent,
     /// Where the first must not be, seen from the second (cells).
-    pub(super) keep_out: KeepOut,
+    pub(super) conflict_volume: ConflictVolume,
     /// The convective delays of the air of both.
     pub(super) delays: ConvectiveDelays,
     /// Its radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the
@@ -68,26 +68,28 @@ pub(super) struct Extent {
 /// which moves, and of the second.
 #[derive(Debug)]
 pub(super) struct ConvectiveDelays {
-    carriers: [Carrier; 2],
+    delay_bounds: [ConvectiveDelayBound; 2],
     cell_m: f64,
     /// By how much two drones may be farther apart than it seems (m).
-    astray_m: f64,
+    relative_deviation_m: f64,
 }
 
 impl ConvectiveDelays {
     /// Whether wakes are quasi-static.
     fn is_none(&self) -> bool {
-        self.carriers.iter().all(|it| it.delay_ticks(1.0) == 0.0)
+        self.delay_bounds
+            .iter()
+            .all(|it| it.delay_ticks(1.0) == 0.0)
     }
 }
 
 impl ConvectiveDelay for ConvectiveDelays {
     fn of_reference(&self, depth: f64) -> f64 {
-        self.carriers[1].delay_ticks(depth * self.cell_m + self.astray_m)
+        self.delay_bounds[1].delay_ticks(depth * self.cell_m + self.relative_deviation_m)
     }
 
     fn of_mover(&self, depth: f64) -> f64 {
-        self.carriers[0].delay_ticks(depth * self.cell_m + self.astray_m)
+        self.delay_bounds[0].delay_ticks(depth * self.cell_m + self.relative_deviation_m)
     }
 }
 
@@ -110,7 +112,7 @@ impl PairAir {
     pub(super) fn new(lattice: &Lattice, fleet: &Fleet, classes: [Class; 2]) -> PairAir {
         let cell_m = lattice.cell_m();
         let most = lattice.counts()[2] as i32;
-        let near_m = 2.0 * fleet.near_m() + cell_m;
+        let near_m = 2.0 * fleet.pairwise_within_m() + cell_m;
         let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
         let azimuths = if fleet.is_round() { 1 } else { AZIMUTHS };
         let meet = |ring: usize, layers: [i32; 2]| {
@@ -173,8 +175,8 @@ impl Shape {
     ) -> Shape {
         let cell_m = lattice.cell_m();
         let most = lattice.counts()[2] as i32;
-        let keep_out = fleet
-            .keep_out(
+        let conflict_volume = fleet
+            .conflict_volume(
                 [me, other].map(|it| (it.kind, it.air_limit)),
                 [ONE_WAKES_SHARE, LATE_WAKES_SHARE],
             )
@@ -182,10 +184,10 @@ impl Shape {
         let all: Vec<i32> = (-most..=most).collect();
         // Heights of the first over the second are depths of the second below it, backwards.
         let widest =
-            |low: i32, high: i32| keep_out.widest_between(-f64::from(high), -f64::from(low));
+            |low: i32, high: i32| conflict_volume.widest_between(-f64::from(high), -f64::from(low));
         let at: Vec<f64> = all.iter().map(|k| widest(*k, *k)).collect();
         let between: Vec<f64> = all.iter().map(|k| widest(*k, k + 1)).collect();
-        let bodies = (1..most).find(|k| f64::from(k - 1) >= keep_out.body_radius());
+        let bodies = (1..most).find(|k| f64::from(k - 1) >= conflict_volume.body_radius());
         let counts = |loads: &[f64; 2]| loads.iter().any(|load| *load >= LEAST_LOAD);
         let loaded = [&air.at, &air.between].map(|layers| PairAir::farthest(layers, counts));
         let is_priced = |price: &f64| *price >= LEAST_PRICE;
@@ -205,11 +207,11 @@ impl Shape {
                 layers: (layers + 2).min(most),
                 bodies: bodies.unwrap_or(most),
             },
-            keep_out,
+            conflict_volume,
             delays: ConvectiveDelays {
-                carriers: [me, other].map(|it| *fleet.carrier(it.kind)),
+                delay_bounds: [me, other].map(|it| *fleet.delay_bound(it.kind)),
                 cell_m,
-                astray_m: 2.0 * fleet.conditions().astray_m,
+                relative_deviation_m: 2.0 * fleet.conditions().path_deviation_m,
             },
             at,
             between,
@@ -282,7 +284,7 @@ impl Shape {
     }
 
     /// By layer, from the lowest on in which the second may begin.
-    pub(super) fn spans(&self, direction: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
+    pub(super) fn spans(&self, direction: usize, others: usize, aside: [i32; 2]) -> Vec<DelaySpan> {
         let level = self.relative([direction, others], aside);
         // The same whatever the height between them.
         let distance = level.nearest([0.0; 2]);
@@ -294,10 +296,10 @@ impl Shape {
             let [low, high] = lowest_and_highest(&rises.map(|rise| rise - layer));
             let radius = self.radius(low, high);
             let [on_first, on_second] = self.loads(low, high, distance.max(radius), LEAST_LOAD);
-            let mut span = Span {
+            let mut span = DelaySpan {
                 on_first,
                 on_second,
-                ..Span::default()
+                ..DelaySpan::default()
             };
             let forbidden = (distance < radius)
                 .then(|| self.forbidden(&level, [direction, others], layer))
@@ -335,7 +337,7 @@ impl Shape {
     }
 
     /// When the two are too near one another if the second begins so many layers above the first,
-    /// at any convective delay: from and to, as [`Span`] has it, before rounding; `None`:
+    /// at any convective delay: from and to, as [`DelaySpan`] has it, before rounding; `None`:
     /// never.
     pub(super) fn forbidden(
         &self,
@@ -344,7 +346,7 @@ impl Shape {
         layer: i32,
     ) -> Option<[f64; 2]> {
         let raised = level.raised(-f64::from(layer));
-        let [from, to] = self.keep_out.delays(&raised, &self.delays)?;
+        let [from, to] = self.conflict_volume.delays(&raised, &self.delays)?;
         match (direction == STILL, others == STILL) {
             (true, true) => Some([-to, 1.0 - from]),
             // The second stands still at its moment zero.
@@ -385,7 +387,7 @@ impl Shape {
         let nearest = past.nearest([0.0; 2]);
         let radius = self.radius(low, high);
         // Only where the volume is that wide at any of these heights can it be met.
-        if nearest < radius && self.keep_out.delays(&past, &QuasiStatic).is_some() {
+        if nearest < radius && self.conflict_volume.delays(&past, &QuasiStatic).is_some() {
             return None;
         }
         Some(self.loads(low, high, nearest.max(radius), LEAST_SYNCHRONOUS))
@@ -411,7 +413,7 @@ impl Shape {
             ticks: f64::from(ticks),
         };
         let apart = shift / f64::from(ticks);
-        let met = self.keep_out.air_delays(&relative, &rounds);
+        let met = self.conflict_volume.air_delays(&relative, &rounds);
         let [below, above] = met.map(|delays| delays.map(|[from, to]| [from - apart, to + apart]));
         let is_now = |delays: Option<[f64; 2]>| {
             delays.is_some_and(|[from, to]| from <= WHOLE_CELLS && to >= -WHOLE_CELLS)
@@ -499,7 +501,7 @@ fn meet_at(
     [me, other]: [Class; 2],
     (radius_m, azimuths): (f64, u32),
     [low_m, high_m]: [f64; 2],
-) -> impl Iterator<Item = Meeting> {
+) -> impl Iterator<Item = LegInteraction> {
     (0..azimuths).filter_map(move |azimuth| {
         let turn = f64::from(azimuth) * std::f64::consts::TAU / f64::from(azimuths);
         let (sin, cos) = turn.sin_cos();

@@ -12,7 +12,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
-use super::column::Record;
+use super::column::StepRecord;
 use super::directions::neighbour;
 pub(super) use super::directions::{STILL, cells};
 use super::shape::{PairAir, Shape};
@@ -52,7 +52,7 @@ pub(super) struct Class {
 /// they are too near, from as much before the second comes, and to a tick and as much after it
 /// goes, as air is under way (reversed, as where the second stands still).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Span {
+pub(super) struct DelaySpan {
     pub(super) from: i16,
     pub(super) to: i16,
     /// What it costs both while they are not too near (thousandths of a second a second).
@@ -66,7 +66,7 @@ pub(super) struct Span {
 /// Parts of a budget that are told apart: chosen here, what a byte holds.
 pub(super) const LOADS: f64 = 250.0;
 
-impl Span {
+impl DelaySpan {
     pub(super) fn is_empty(&self) -> bool {
         self.from >= self.to
     }
@@ -88,12 +88,12 @@ pub(crate) struct Steps {
     /// interval grows by so much at both ends, and stays one.
     pub(crate) shift: u32,
     /// How long air may matter after it left (ticks); 0 where wakes are quasi-static.
-    pub(crate) lingers: u32,
+    pub(crate) wake_persistence_ticks: u32,
 }
 
 /// A step, or a stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Pace {
+pub(crate) struct StepFootprint {
     /// What steps.
     pub(crate) class: usize,
     /// Where it begins, in steps of the lattice.
@@ -149,7 +149,7 @@ impl Steps {
             tables: shapes.into_iter().map(ConflictTable::new).collect(),
             wake_ends: wake_ends.into(),
             shift: costmap.fleet().conditions().shift,
-            lingers: costmap.lingers(),
+            wake_persistence_ticks: costmap.wake_persistence_ticks(),
         })
     }
 
@@ -225,7 +225,7 @@ impl Steps {
 
     /// From when until when a step forbids another to stand still beside it, within its margins of
     /// time.
-    pub(super) fn taken(&self, span: &Span, step: &Record) -> [Tick; 2] {
+    pub(super) fn unsafe_time(&self, span: &DelaySpan, step: &StepRecord) -> [Tick; 2] {
         let direction = usize::from(step.direction);
         if direction == STILL {
             let [before, after] = [span.to - 1, -span.from].map(|it| it.max(0) as u32);
@@ -241,12 +241,17 @@ impl Steps {
 
     /// Whether what keeps two steps apart is there: bodies or, of drones that are `flying`, wakes
     /// that no cover stops.
-    pub(super) fn can_meet(&self, one: &Pace, other: &Pace, flying: bool) -> bool {
+    pub(super) fn can_meet(
+        &self,
+        one: &StepFootprint,
+        other: &StepFootprint,
+        flying: bool,
+    ) -> bool {
         self.can_touch(one, other) || flying && self.wake_reaches(one, other)
     }
 
     /// Whether bodies can come near one another, by the layers between them.
-    fn can_touch(&self, one: &Pace, other: &Pace) -> bool {
+    fn can_touch(&self, one: &StepFootprint, other: &StepFootprint) -> bool {
         let (mine, theirs) = (one.by[2], other.by[2]);
         // At the beginning, and when either or both have arrived.
         let rises = [0, mine, -theirs, mine - theirs];
@@ -256,7 +261,7 @@ impl Steps {
     }
 
     /// Whether the wake of the drone that is higher reaches down to the other.
-    fn wake_reaches(&self, one: &Pace, other: &Pace) -> bool {
+    fn wake_reaches(&self, one: &StepFootprint, other: &StepFootprint) -> bool {
         let (above, below) = match one.at[2] < other.at[2] {
             true => (other, one),
             false => (one, other),
@@ -265,15 +270,17 @@ impl Steps {
     }
 
     /// The lowest layer that the wake of a drone on its way reaches.
-    fn wake_end(&self, pace: &Pace) -> i32 {
-        let Some(ends) = self.wake_ends.get(pace.class) else {
+    fn wake_end(&self, footprint: &StepFootprint) -> i32 {
+        let Some(ends) = self.wake_ends.get(footprint.class) else {
             return 0;
         };
         let end = |at: [i32; 3]| {
             let place = self.lattice.at(at);
             place.map_or(0, |place| i32::from(ends[place as usize]))
         };
-        end(pace.at).min(end([0, 1, 2].map(|axis| pace.at[axis] + pace.by[axis])))
+        end(footprint.at).min(end(
+            [0, 1, 2].map(|axis| footprint.at[axis] + footprint.by[axis])
+        ))
     }
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::directions::{index, neighbour};
 use super::shape::{AdvectedStep, Extent, Shape};
-use super::steps::{Pace, Steps};
+use super::steps::{StepFootprint, Steps};
 
 /// Directions of a step along one axis, the first of them none.
 pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
@@ -39,20 +39,20 @@ const fn among_neighbours() -> [usize; 7] {
 
 /// A step of one drone, or a stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stride {
+pub(crate) struct SynchronousStep {
     /// What flies.
     pub(crate) class: usize,
     /// The lattice place where it begins, or the one next to that (steps).
     pub(crate) at: [i32; 3],
     /// Where it leads.
-    pub(crate) course: Course,
+    pub(crate) direction: StepDirection,
     /// What led there, just before.
-    pub(crate) came: Course,
+    pub(crate) previous_direction: StepDirection,
 }
 
 /// Where a step leads.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Course {
+pub(crate) enum StepDirection {
     /// From a lattice place in one of [`DIRECTIONS`].
     Axis(usize),
     /// From or to a stop beside the lattice, or staying there.
@@ -64,26 +64,26 @@ pub(crate) enum Course {
     },
 }
 
-impl Course {
+impl StepDirection {
     /// A stay.
-    pub(crate) const STAY: Course = Course::Axis(STAYS);
+    pub(crate) const STAY: StepDirection = StepDirection::Axis(STAYS);
 
     fn moves(&self) -> bool {
-        *self != Course::STAY
+        *self != StepDirection::STAY
     }
 
     /// How far it leads (cells).
     fn by(&self) -> [f64; 3] {
         match self {
-            Course::Axis(direction) => DIRECTIONS[*direction].map(f64::from),
-            Course::Beside { by, .. } => *by,
+            StepDirection::Axis(direction) => DIRECTIONS[*direction].map(f64::from),
+            StepDirection::Beside { by, .. } => *by,
         }
     }
 }
 
 /// What two steps do to one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Met {
+pub(crate) enum StepInteraction {
     /// What they fill of one another's budgets, in parts of [`super::steps::LOADS`].
     Loads([u8; 2]),
     /// They are too near one another.
@@ -92,9 +92,9 @@ pub(crate) enum Met {
     TooNearBefore,
 }
 
-impl Stride {
-    fn pace(&self, direction: usize) -> Pace {
-        Pace {
+impl SynchronousStep {
+    fn footprint(&self, direction: usize) -> StepFootprint {
+        StepFootprint {
             class: self.class,
             at: self.at,
             by: DIRECTIONS[direction],
@@ -103,16 +103,16 @@ impl Stride {
 
     /// Where it begins (cells).
     fn from(&self) -> [f64; 3] {
-        match self.course {
-            Course::Axis(_) => self.at.map(f64::from),
-            Course::Beside { from, .. } => from,
+        match self.direction {
+            StepDirection::Axis(_) => self.at.map(f64::from),
+            StepDirection::Beside { from, .. } => from,
         }
     }
 }
 
 /// What such steps do to one another.
 #[derive(Debug)]
-pub(crate) struct SynchronousSteps<'a> {
+pub(crate) struct StepInteractions<'a> {
     pub(crate) steps: &'a Steps,
     /// How long each lasts.
     pub(crate) ticks: u32,
@@ -136,14 +136,14 @@ const TOO_NEAR: [u8; 2] = [u8::MAX; 2];
 /// here. Less makes every step long, more keeps drones farther apart than their wakes do.
 const APART: [f64; 2] = [0.07, 0.4];
 
-impl<'a> SynchronousSteps<'a> {
+impl<'a> StepInteractions<'a> {
     /// Of steps that last at least `ticks`, and so long that where one drone is late, another may
     /// still follow it around a corner; or, where bodies have no room for that, straight on.
     ///
     /// Of 500 drones on 32 by 32 columns, with the default margins, following around corners takes
     /// 78 steps of 1.33 s, straight on 516 of 0.5 s.
-    pub(crate) fn new(steps: &'a Steps, ticks: u32) -> SynchronousSteps<'a> {
-        let bodies = (steps.shapes()).map(|shape| shape.keep_out.body_radius());
+    pub(crate) fn new(steps: &'a Steps, ticks: u32) -> StepInteractions<'a> {
+        let bodies = (steps.shapes()).map(|shape| shape.conflict_volume.body_radius());
         let bodies = bodies.fold(0.0, f64::max);
         let (corner, straight) = (1.0 - bodies * std::f64::consts::SQRT_2, 1.0 - bodies);
         let room = if corner >= APART[0] { corner } else { straight };
@@ -153,7 +153,7 @@ impl<'a> SynchronousSteps<'a> {
         let ticks = ticks.max(slow);
         let apart = shift / f64::from(ticks);
         let count = steps.class_count();
-        let is_advected = steps.lingers > 0;
+        let is_advected = steps.wake_persistence_ticks > 0;
         let late = is_advected.then_some((ticks, shift));
         let shapes: Vec<&Shape> = steps.shapes().collect();
         let alone = (shapes.par_iter()).map(|shape| SynchronousTable::new(shape, apart, late));
@@ -166,7 +166,7 @@ impl<'a> SynchronousSteps<'a> {
         for (table, near) in tables.iter_mut().zip(columns) {
             table.near = near;
         }
-        SynchronousSteps {
+        StepInteractions {
             steps,
             ticks,
             apart,
@@ -184,7 +184,12 @@ impl<'a> SynchronousSteps<'a> {
 
     /// What air that the other left so many rounds ago fills of the budget of the one, in parts of
     /// [`super::steps::LOADS`]; `None`: it is too much by itself.
-    pub(crate) fn meets_air(&self, one: &Stride, other: &Stride, rounds: usize) -> Option<u8> {
+    pub(crate) fn meets_air(
+        &self,
+        one: &SynchronousStep,
+        other: &SynchronousStep,
+        rounds: usize,
+    ) -> Option<u8> {
         let advected = self.advected(one, other);
         let [first, last] = advected.rounds.map(usize::from);
         let is_met = first > 0 && (first..=last).contains(&rounds);
@@ -198,14 +203,16 @@ impl<'a> SynchronousSteps<'a> {
         (!is_met).then_some(load)
     }
 
-    fn advected(&self, one: &Stride, other: &Stride) -> AdvectedStep {
+    fn advected(&self, one: &SynchronousStep, other: &SynchronousStep) -> AdvectedStep {
         if !self.is_advected {
             return AdvectedStep::default();
         }
-        let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
+        let (StepDirection::Axis(direction), StepDirection::Axis(others)) =
+            (one.direction, other.direction)
+        else {
             let (from, from_other) = (one.from(), other.from());
             let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis]);
-            let by = [one.course.by(), other.course.by()];
+            let by = [one.direction.by(), other.direction.by()];
             let shape = self.steps.shape(one.class, other.class);
             let shift = self.apart * f64::from(self.ticks);
             return shape.advected(by, offset, (self.ticks, shift));
@@ -217,11 +224,13 @@ impl<'a> SynchronousSteps<'a> {
 
     /// Whether wakes of two steps reach down to one another, or bodies may touch; steps from and to
     /// stops beside the lattice count as if they did.
-    fn reaches(&self, one: &Stride, other: &Stride) -> bool {
-        let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
+    fn reaches(&self, one: &SynchronousStep, other: &SynchronousStep) -> bool {
+        let (StepDirection::Axis(direction), StepDirection::Axis(others)) =
+            (one.direction, other.direction)
+        else {
             return true;
         };
-        (self.steps).can_meet(&one.pace(direction), &other.pace(others), true)
+        (self.steps).can_meet(&one.footprint(direction), &other.footprint(others), true)
     }
 
     fn table(&self, class: usize, other: usize) -> &SynchronousTable {
@@ -230,10 +239,10 @@ impl<'a> SynchronousSteps<'a> {
 
     /// Columns around the beginning of a step in which others can matter to it: those on the
     /// lattice, or all where some are `beside`.
-    pub(crate) fn near(&self, one: &Stride, other: usize, beside: bool) -> &[[i32; 2]] {
+    pub(crate) fn near(&self, one: &SynchronousStep, other: usize, beside: bool) -> &[[i32; 2]] {
         let table = self.table(one.class, other);
-        match (one.came, one.course) {
-            (Course::Axis(before), Course::Axis(direction)) if !beside => {
+        match (one.previous_direction, one.direction) {
+            (StepDirection::Axis(before), StepDirection::Axis(direction)) if !beside => {
                 &table.near[before * DIRECTIONS.len() + direction]
             }
             _ => &table.all,
@@ -242,69 +251,73 @@ impl<'a> SynchronousSteps<'a> {
 
     /// What the two do to one another on these steps, and each of them to the other's last where
     /// one is early and the other late.
-    pub(crate) fn meet(&self, one: &Stride, other: &Stride) -> Met {
+    pub(crate) fn meet(&self, one: &SynchronousStep, other: &SynchronousStep) -> StepInteraction {
         if self.advected(one, other).now && self.reaches(one, other) {
-            return Met::TooNear;
+            return StepInteraction::TooNear;
         }
         let Some(mut loads) = self.meet_now(one, other) else {
-            return Met::TooNear;
+            return StepInteraction::TooNear;
         };
         if self.apart > 0.0 {
             // A drone that stays now or did before is where it was: that is asked already.
-            if one.came.moves() && other.course.moves() {
-                let Some(met) = self.cross(one, other) else {
-                    return Met::TooNearBefore;
+            if one.previous_direction.moves() && other.direction.moves() {
+                let Some(pair_loads) = self.cross(one, other) else {
+                    return StepInteraction::TooNearBefore;
                 };
-                loads = [0, 1].map(|side| loads[side].max(met[side]));
+                loads = [0, 1].map(|side| loads[side].max(pair_loads[side]));
             }
-            if other.came.moves() && one.course.moves() {
-                let Some(met) = self.cross(other, one) else {
-                    return Met::TooNearBefore;
+            if other.previous_direction.moves() && one.direction.moves() {
+                let Some(pair_loads) = self.cross(other, one) else {
+                    return StepInteraction::TooNearBefore;
                 };
-                loads = [0, 1].map(|side| loads[side].max(met[1 - side]));
+                loads = [0, 1].map(|side| loads[side].max(pair_loads[1 - side]));
             }
         }
-        Met::Loads(loads)
+        StepInteraction::Loads(loads)
     }
 
-    fn meet_now(&self, one: &Stride, other: &Stride) -> Option<[u8; 2]> {
-        let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
+    fn meet_now(&self, one: &SynchronousStep, other: &SynchronousStep) -> Option<[u8; 2]> {
+        let (StepDirection::Axis(direction), StepDirection::Axis(others)) =
+            (one.direction, other.direction)
+        else {
             // Few are beside the lattice, and not for long: they are not tabulated.
             let ([from, by], [from_other, by_other]) =
-                [one, other].map(|it| [it.from(), it.course.by()]).into();
+                [one, other].map(|it| [it.from(), it.direction.by()]).into();
             let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis]);
             let shape = self.steps.shape(one.class, other.class);
             return shape.synchronous([by, by_other], offset, [-self.apart, self.apart]);
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
         let table = self.table(one.class, other.class);
-        let met = table.at(&table.meetings, [direction, others], offset);
-        if met != TOO_NEAR {
-            return Some(met);
+        let pair_loads = table.at(&table.meetings, [direction, others], offset);
+        if pair_loads != TOO_NEAR {
+            return Some(pair_loads);
         }
         (!self.reaches(one, other)).then_some([0; 2])
     }
 
     /// What the last step of one drone and the next of another do to one another.
-    fn cross(&self, one: &Stride, other: &Stride) -> Option<[u8; 2]> {
-        let (Course::Axis(before), Course::Axis(others)) = (one.came, other.course) else {
+    fn cross(&self, one: &SynchronousStep, other: &SynchronousStep) -> Option<[u8; 2]> {
+        let (StepDirection::Axis(before), StepDirection::Axis(others)) =
+            (one.previous_direction, other.direction)
+        else {
             let (from, from_other) = (one.from(), other.from());
-            let by = one.came.by();
+            let by = one.previous_direction.by();
             let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis] + by[axis]);
             let shape = self.steps.shape(one.class, other.class);
-            return shape.synchronous([by, other.course.by()], offset, crossing(self.apart));
+            return shape.synchronous([by, other.direction.by()], offset, crossing(self.apart));
         };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
         let table = self.table(one.class, other.class);
-        let met = table.at(&table.crossings, [before, others], offset);
-        if met != TOO_NEAR {
-            return Some(met);
+        let pair_loads = table.at(&table.crossings, [before, others], offset);
+        if pair_loads != TOO_NEAR {
+            return Some(pair_loads);
         }
-        let came = Pace {
+        let previous = StepFootprint {
             at: [0, 1, 2].map(|axis| one.at[axis] - DIRECTIONS[before][axis]),
-            ..one.pace(before)
+            ..one.footprint(before)
         };
-        let reach = (self.steps).can_meet(&came, &other.pace(others), true);
+        let reach = (self.steps).can_meet(&previous, &other.footprint(others), true);
         (!reach).then_some([0; 2])
     }
 }
@@ -347,8 +360,9 @@ impl SynchronousTable {
             let directions = 0..DIRECTIONS.len() * DIRECTIONS.len();
             let of_directions = |directions: usize| {
                 let directions = [directions / DIRECTIONS.len(), directions % DIRECTIONS.len()];
-                let met = offsets(extent).map(|offset| of(directions, offset).unwrap_or(TOO_NEAR));
-                met.collect::<Vec<_>>()
+                let pair_loads =
+                    offsets(extent).map(|offset| of(directions, offset).unwrap_or(TOO_NEAR));
+                pair_loads.collect::<Vec<_>>()
             };
             directions
                 .into_par_iter()
@@ -427,8 +441,8 @@ impl SynchronousTable {
         [dx, dy, dz]: [i32; 3],
     ) -> [u8; 2] {
         let index = self.index([direction, others], [dx, dy, dz]);
-        let met = index.and_then(|index| table.get(index));
-        met.copied().unwrap_or([0; 2])
+        let pair_loads = index.and_then(|index| table.get(index));
+        pair_loads.copied().unwrap_or([0; 2])
     }
 
     /// What advected wakes mean.

@@ -7,11 +7,11 @@
 
 use std::sync::OnceLock;
 
-use costmap::volumes::keep_out::ConvectiveDelay;
+use costmap::volumes::conflict_volume::ConvectiveDelay;
 
 use super::directions::{DIRECTIONS, STILL, TURNS, cells, index, turned};
 use super::shape::Shape;
-use super::steps::Span;
+use super::steps::DelaySpan;
 
 /// By so many layers two steps may come farther from one another: each climbs or sinks by one.
 const CLIMBS: i32 = 2;
@@ -23,7 +23,7 @@ pub(super) struct ConflictTable {
     pub(super) shape: Shape,
     /// `[directions kept][column]`, once it was asked for: by layer from the lowest on, or nothing
     /// where no layer matters.
-    rows: Vec<OnceLock<Box<[Span]>>>,
+    rows: Vec<OnceLock<Box<[DelaySpan]>>>,
     /// The pairs of directions that are kept.
     kept: Vec<[usize; 2]>,
     /// By direction and direction: how they are turned, and which of those that are kept they are
@@ -49,7 +49,7 @@ pub(super) struct ConflictTable {
 pub(super) struct Hovering {
     /// Of the beginning of the step from where the drone hovers.
     pub(super) offset: [i32; 3],
-    pub(super) span: Span,
+    pub(super) span: DelaySpan,
 }
 
 /// A column of the floor beside a step.
@@ -161,7 +161,12 @@ impl ConflictTable {
 
     /// What a step does to another that begins so many layers above it in a column.
     #[inline]
-    pub(super) fn span(&self, [direction, others]: [usize; 2], near: &Near, layers: i32) -> Span {
+    pub(super) fn span(
+        &self,
+        [direction, others]: [usize; 2],
+        near: &Near,
+        layers: i32,
+    ) -> DelaySpan {
         let (turn, kept) = self.alike[direction * DIRECTIONS + others];
         let column = self.turned[usize::from(turn) * self.columns.len() + near.column];
         let (kept, column) = (usize::from(kept), usize::from(column));
@@ -169,7 +174,7 @@ impl ConflictTable {
         let row = row.get_or_init(|| {
             let [direction, others] = self.kept[kept];
             let spans = self.shape.spans(direction, others, self.columns[column]);
-            match spans.iter().all(|span| *span == Span::default()) {
+            match spans.iter().all(|span| *span == DelaySpan::default()) {
                 true => Box::default(),
                 false => spans.into(),
             }

@@ -1,9 +1,9 @@
 use std::collections::BTreeSet;
 
 use costmap::verdict::Verdict;
+use costmap::volumes::conflict_volume::WakeSection;
 use costmap::volumes::downwash::Section;
 use costmap::volumes::frame::centred;
-use costmap::volumes::keep_out::Hung;
 use costmap::volumes::swept::{Mover, may_meet};
 use nalgebra::Point3;
 use parry3d::bounding_volume::BoundingVolume;
@@ -11,8 +11,10 @@ use parry3d::shape::Ball;
 
 use super::directions::neighbour;
 use super::shape::Shape;
-use super::steps::Span;
-use super::synchronous::{Course, DIRECTIONS, Met, Stride, SynchronousSteps};
+use super::steps::DelaySpan;
+use super::synchronous::{
+    DIRECTIONS, StepDirection, StepInteraction, StepInteractions, SynchronousStep,
+};
 use super::*;
 use crate::graph::passage::Passages;
 use crate::scenario::read_world;
@@ -194,7 +196,7 @@ fn free_when_clear(late: bool) {
 }
 
 #[test]
-fn who_is_taken_back_leaves_nothing_behind() {
+fn a_removed_drone_leaves_nothing_in_the_tables() {
     let (job, mut costmap) = job(true);
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap).expect("a small fleet");
     let first = step(&job, 0, [3, 3, 4], 14, 0).expect("inside");
@@ -218,7 +220,7 @@ fn who_is_taken_back_leaves_nothing_behind() {
     let below = job.roadmap.lattice().at([3, 4, 6]).expect("a place");
     let class = reservations.class(first.drone, first.kind).expect("known");
     assert_eq!(reservations.closed_from(class)[place as usize], hover.start);
-    assert_ne!(reservations.taken, before.taken);
+    assert_ne!(reservations.unsafe_intervals, before.unsafe_intervals);
     assert!(reservations.closed_from(class)[below as usize] <= hover.start);
     let hovers = |drone, kind| {
         let mut verdict = Verdict::default();
@@ -231,8 +233,8 @@ fn who_is_taken_back_leaves_nothing_behind() {
     assert_eq!(hovers(second.drone, second.kind), (0, Tick::FOREVER));
     reservations.remove(costmap.legs(second.drone));
     assert_eq!(reservations.columns, before.columns);
-    assert_eq!(reservations.glances, before.glances);
-    assert_eq!(reservations.taken, before.taken);
+    assert_eq!(reservations.occupancy_masks, before.occupancy_masks);
+    assert_eq!(reservations.unsafe_intervals, before.unsafe_intervals);
     assert_eq!(reservations.closed, before.closed);
 }
 
@@ -246,17 +248,17 @@ const INWARD: f64 = 4e-6;
 
 /// Whether two bodies meet on straight paths flown in the same time (cells); swept, by parry.
 fn bodies_meet(shape: &Shape, paths: [[Point3<f64>; 2]; 2]) -> bool {
-    let balls = [0.0, shape.keep_out.body_radius() - INWARD].map(Ball::new);
+    let balls = [0.0, shape.conflict_volume.body_radius() - INWARD].map(Ball::new);
     let (a, b) = (moves(&balls[0], paths[0]), moves(&balls[1], paths[1]));
     a.aabb().intersects(&b.aabb()) && may_meet(&a, &b)
 }
 
 /// Whether a drone's centre meets what hangs below another on straight paths flown in the same time
 /// (cells); swept, by parry.
-fn meets(hung: &Hung, paths: [[Point3<f64>; 2]; 2]) -> bool {
-    let section = &hung.section;
+fn meets(wake_section: &WakeSection, paths: [[Point3<f64>; 2]; 2]) -> bool {
+    let section = &wake_section.section;
     // What lies above hangs below the first.
-    let is_below = !hung.is_above;
+    let is_below = !wake_section.is_above;
     let [from_depth, to_depth] = if is_below {
         [section.from_depth_m, section.to_depth_m]
     } else {
@@ -277,7 +279,7 @@ fn meets(hung: &Hung, paths: [[Point3<f64>; 2]; 2]) -> bool {
         from_radius_m: radii[0],
         to_radius_m: radii[1],
     };
-    let placed = section.hung(from).expect("a frustum");
+    let placed = section.placed_below(from).expect("a frustum");
     let wake = Mover::new(&placed.frustum, placed.pose, to - from);
     let ball = Ball::new(0.0);
     let point = moves(&ball, others);
@@ -301,7 +303,7 @@ fn the_tables_of_advected_wakes_are_the_swept_volumes_sampled_and_delayed() {
 /// What is left out of the columns beside a step forbids nothing, costs nothing and brings no load.
 #[test]
 fn columns_that_are_not_looked_at_hold_nothing() {
-    let mut left_out = 0;
+    let mut skipped = 0;
     for late in [false, true] {
         let (job, empty) = job(late);
         let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
@@ -320,14 +322,14 @@ fn columns_that_are_not_looked_at_hold_nothing() {
             {
                 let holds = |others: usize| {
                     let spans = table.shape.spans(direction, others, column);
-                    spans.iter().any(|span| *span != Span::default())
+                    spans.iter().any(|span| *span != DelaySpan::default())
                 };
                 if table
                     .near(direction)
                     .iter()
                     .all(|near| near.aside != column)
                 {
-                    left_out += 1;
+                    skipped += 1;
                     let held = (0..27).find(|others| holds(*others));
                     assert_eq!(held, None, "{direction} {column:?}");
                 }
@@ -341,7 +343,7 @@ fn columns_that_are_not_looked_at_hold_nothing() {
             }
         }
     }
-    assert!(left_out > 500, "{left_out}");
+    assert!(skipped > 500, "{skipped}");
 }
 
 fn tables_are_volumes(late: bool) {
@@ -383,8 +385,8 @@ fn tables_are_volumes(late: bool) {
             };
             let depths = relative.raised(-f64::from(layer)).depths();
             // How far each kind of meeting reaches before and after, by delay of the first.
-            let hung = shape.keep_out.hung().iter();
-            let hung: Vec<(&Hung, [i32; 2])> = hung
+            let wake_sections = shape.conflict_volume.wake_sections().iter();
+            let wake_sections: Vec<(&WakeSection, [i32; 2])> = wake_sections
                 .map(|it| {
                     (
                         it,
@@ -417,7 +419,7 @@ fn tables_are_volumes(late: bool) {
                 if bodies_meet(shape, paths) {
                     delays.insert(delay);
                 }
-                for (it, [before, after]) in &hung {
+                for (it, [before, after]) in &wake_sections {
                     if meets(it, paths) {
                         delays.extend(delay - before..=delay + after);
                     }
@@ -450,7 +452,7 @@ fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
     let job = prepare(&world, &Passages::of(&world), &|| false);
     let empty = job.costmap(&world, world.drones.len());
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
-    let together = SynchronousSteps::new(&steps, 50);
+    let together = StepInteractions::new(&steps, 50);
     let apart = f64::from(steps.shift) / f64::from(together.ticks);
     assert!(apart > 0.1, "{apart}");
     let (mut allowed, mut around_corners) = (0, 0);
@@ -468,21 +470,21 @@ fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
         let classes = [0.202_141, 0.165_411].map(|step| pick(step, steps.class_count() as i32));
         // Each where it is between its two steps.
         let at = [[10; 3], offset.map(|steps| 10 + steps)];
-        let stride = |drone: usize, step: usize| {
+        let synchronous_step = |drone: usize, step: usize| {
             let (before, now) = (courses[2 * drone], courses[2 * drone + 1]);
-            let (at, came) = (at[drone], Course::Axis(before));
+            let (at, previous_direction) = (at[drone], StepDirection::Axis(before));
             let back = [0, 1, 2].map(|axis| at[axis] - DIRECTIONS[before][axis]);
-            Stride {
+            SynchronousStep {
                 class: classes[drone] as usize,
                 at: [back, at][step],
-                course: [came, Course::Axis(now)][step],
-                came: [Course::STAY, came][step],
+                direction: [previous_direction, StepDirection::Axis(now)][step],
+                previous_direction: [StepDirection::STAY, previous_direction][step],
             }
         };
         let is_allowed = |step: usize| {
             matches!(
-                together.meet(&stride(0, step), &stride(1, step)),
-                Met::Loads(_)
+                together.meet(&synchronous_step(0, step), &synchronous_step(1, step)),
+                StepInteraction::Loads(_)
             )
         };
         if !is_allowed(0) || !is_allowed(1) {
@@ -500,18 +502,18 @@ fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
                 f64::from(at[drone][axis]) + moved[0] + moved[1]
             })
         };
-        let keep_out = &steps
+        let conflict_volume = &steps
             .shape(classes[0] as usize, classes[1] as usize)
-            .keep_out;
+            .conflict_volume;
         for moment in 0..=40 {
             for shift in -2..=2 {
                 let clock = f64::from(moment) / 20.0;
                 let clocks = [clock, clock + apart * f64::from(shift) / 2.0];
                 let [one, other] = [0, 1].map(|drone| place(drone, clocks[drone]));
                 let [x, y, z] = [0, 1, 2].map(|axis| one[axis] - other[axis]);
-                let room = x.hypot(y).hypot(z) - keep_out.body_radius();
+                let room = x.hypot(y).hypot(z) - conflict_volume.body_radius();
                 assert!(room > -1e-6, "{courses:?} {offset:?} {clocks:?}: {room}");
-                for section in keep_out.hung().iter().map(|it| it.section) {
+                for section in conflict_volume.wake_sections().iter().map(|it| it.section) {
                     let depth = -z;
                     let inside = section.from_depth_m + 1e-6..section.to_depth_m - 1e-6;
                     let radius = section.radius_m(depth).unwrap_or(0.0);

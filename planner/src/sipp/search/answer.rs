@@ -12,7 +12,7 @@ pub(crate) struct Path {
     /// End of the last dwell.
     pub(crate) arrives: Tick,
     /// Evicted drones.
-    pub(crate) met: Vec<DroneId>,
+    pub(crate) evicted: Vec<DroneId>,
 }
 
 impl Path {
@@ -21,14 +21,14 @@ impl Path {
         Path {
             legs,
             arrives,
-            met: Vec::new(),
+            evicted: Vec::new(),
         }
     }
 }
 
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Found {
+pub(crate) enum SearchOutcome {
     /// The cheapest path.
     Path(Path),
     /// None, and the obstruction closest to the goal.
@@ -78,7 +78,7 @@ pub(crate) enum Obstructor {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Searched {
     /// What was found.
-    pub(crate) found: Found,
+    pub(crate) found: SearchOutcome,
     /// States expanded.
     pub(crate) expansions: u64,
 }

@@ -9,7 +9,7 @@
 
 use costmap::leg::Tick;
 
-use super::setting::Setting;
+use super::setting::SearchSetting;
 use crate::graph::agent::Agent;
 use crate::graph::distances::{Backwards, Floor, UNREACHABLE};
 use crate::graph::roadmap::Vertex;
@@ -17,7 +17,7 @@ use crate::graph::roadmap::Vertex;
 /// What a search looks ahead by.
 pub(super) struct Heuristic<'a> {
     /// What is searched among.
-    setting: Setting<'a>,
+    setting: SearchSetting<'a>,
     /// The searching drone.
     agent: &'a Agent,
     /// By waypoint, where it pays.
@@ -44,7 +44,7 @@ enum Map<'a> {
 
 impl<'a> Heuristic<'a> {
     /// As if no drone were there.
-    pub(super) fn plain(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
+    pub(super) fn plain(setting: SearchSetting<'a>, agent: &'a Agent) -> Heuristic<'a> {
         Heuristic {
             setting,
             agent,
@@ -53,7 +53,7 @@ impl<'a> Heuristic<'a> {
     }
 
     /// Around parked drones, but for detours dearer than evicting one of them.
-    pub(super) fn new(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
+    pub(super) fn new(setting: SearchSetting<'a>, agent: &'a Agent) -> Heuristic<'a> {
         let mut heuristic = Heuristic::plain(setting, agent);
         let least_weight = setting.weights.iter().copied().min().unwrap_or(0);
         if setting.reservations.is_none() || !setting.detours {
@@ -67,7 +67,7 @@ impl<'a> Heuristic<'a> {
             let plain = match agent.waypoints.len() {
                 // Known; among zones it is past those that the drone's own wake is too strong for.
                 1 if agent.smoothing.is_none() && !waypoint.is_timed() => {
-                    agent.alone_ticks.saturating_sub(waypoint.rest_ticks)
+                    agent.lower_bound_ticks.saturating_sub(waypoint.rest_ticks)
                 }
                 _ => waypoint.distances.ticks(setting.roadmap, from),
             };
@@ -105,7 +105,7 @@ impl<'a> Heuristic<'a> {
     }
 
     /// Whether wakes fill their columns on the way to some waypoint, so that it looks at the floor.
-    pub(super) fn looks_at_the_floor(&self) -> bool {
+    pub(super) fn uses_column_distances(&self) -> bool {
         let mut ahead = self.waypoints.iter().flatten();
         ahead.any(|it| matches!(it.map, Map::Floor(_)))
     }
@@ -130,12 +130,12 @@ impl<'a> Heuristic<'a> {
 
     /// The same, final.
     fn settled(&mut self, waypoint: usize, from: Vertex) -> u32 {
-        self.look_on(waypoint, from, u32::MAX);
+        self.extend_bound(waypoint, from, u32::MAX);
         self.at_least(waypoint, from).0
     }
 
     /// Raises what is known of a place by so many ticks, if it is not final before.
-    pub(super) fn look_on(&mut self, index: usize, from: Vertex, by: u32) {
+    pub(super) fn extend_bound(&mut self, index: usize, from: Vertex, by: u32) {
         let ahead = self.waypoints.get_mut(index).and_then(Option::as_mut);
         let Some((ahead, waypoint)) = ahead.zip(self.agent.waypoints.get(index)) else {
             return;
@@ -148,9 +148,9 @@ impl<'a> Heuristic<'a> {
         match &mut ahead.map {
             Map::Air(backwards) => {
                 let mover = waypoint.distances.mover();
-                backwards.look_on(self.setting.roadmap, mover, from, by, is_open);
+                backwards.extend_bound(self.setting.roadmap, mover, from, by, is_open);
             }
-            Map::Floor(floor) => floor.look_on(from, by, is_open),
+            Map::Floor(floor) => floor.extend_bound(from, by, is_open),
         }
     }
 }

@@ -63,8 +63,8 @@ pub(super) struct Label {
     pub(super) paid: u32,
     /// Index of the state before; [`u32::MAX`] for the first.
     pub(super) parent: u32,
-    /// Last of the drones met, in `Search::met`; 0: none.
-    pub(super) met: u32,
+    /// Last of the evicted drones, in `PathSearch::evictions`; 0: none.
+    pub(super) evicted: u32,
     /// The costmap has been asked about what leads here.
     pub(super) judged: bool,
     /// Which of its steps have been generated.
@@ -74,7 +74,7 @@ pub(super) struct Label {
 /// An entry of the open list. Cheapest first; among equals what is known for good, then the nearest
 /// to the end, then the newest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Open {
+pub(super) struct OpenEntry {
     /// The f-value: what a path through it costs at least (ticks), what remains weighted.
     pub(super) total: u32,
     /// Ticks to the end of the last dwell.
@@ -85,9 +85,9 @@ pub(super) struct Open {
     pub(super) label: u32,
 }
 
-impl Ord for Open {
-    fn cmp(&self, other: &Open) -> Ordering {
-        let key = |open: &Open| {
+impl Ord for OpenEntry {
+    fn cmp(&self, other: &OpenEntry) -> Ordering {
+        let key = |open: &OpenEntry| {
             (
                 Reverse(open.total),
                 !open.is_bound,
@@ -99,8 +99,8 @@ impl Ord for Open {
     }
 }
 
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Open) -> Option<Ordering> {
+impl PartialOrd for OpenEntry {
+    fn partial_cmp(&self, other: &OpenEntry) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }

@@ -7,7 +7,7 @@ use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 use rustc_hash::FxHashMap;
 
-use super::setting::Setting;
+use super::setting::SearchSetting;
 use crate::sipp::conflicts::{ReservationTable, StepQuery};
 
 /// Of one drone's legs, those that others tell apart.
@@ -33,7 +33,7 @@ impl LegKey {
 
 /// A verdict, its blockers kept elsewhere.
 #[derive(Clone, Copy, Debug)]
-struct Kept {
+struct StoredVerdict {
     first: u32,
     count: u32,
     breaks_zone: Option<usize>,
@@ -44,11 +44,11 @@ struct Kept {
 #[derive(Debug, Default)]
 pub(super) struct Memo {
     /// By the tables, and whether they were enough.
-    steps: FxHashMap<StepQuery, (Kept, bool)>,
+    steps: FxHashMap<StepQuery, (StoredVerdict, bool)>,
     /// By the costmap.
-    legs: FxHashMap<LegKey, Kept>,
+    legs: FxHashMap<LegKey, StoredVerdict>,
     /// Against one drone alone.
-    against: FxHashMap<(DroneId, LegKey), Kept>,
+    against: FxHashMap<(DroneId, LegKey), StoredVerdict>,
     blockers: Vec<Blocker>,
 }
 
@@ -73,8 +73,8 @@ impl Memo {
         is_enough
     }
 
-    /// Adds what [`Setting::judge`] says.
-    pub(super) fn judge(&mut self, setting: &Setting<'_>, leg: &Leg, verdict: &mut Verdict) {
+    /// Adds what [`SearchSetting::judge`] says.
+    pub(super) fn judge(&mut self, setting: &SearchSetting<'_>, leg: &Leg, verdict: &mut Verdict) {
         let key = LegKey::of(leg);
         let kept = self.legs.get(&key).copied().unwrap_or_else(|| {
             let mut own = Verdict::default();
@@ -105,10 +105,10 @@ impl Memo {
         self.add(kept, verdict);
     }
 
-    fn keep(&mut self, verdict: &Verdict) -> Kept {
+    fn keep(&mut self, verdict: &Verdict) -> StoredVerdict {
         let first = self.blockers.len() as u32;
         self.blockers.extend_from_slice(&verdict.blockers);
-        Kept {
+        StoredVerdict {
             first,
             count: verdict.blockers.len() as u32,
             breaks_zone: verdict.breaks_zone,
@@ -116,7 +116,7 @@ impl Memo {
         }
     }
 
-    fn add(&self, kept: Kept, verdict: &mut Verdict) {
+    fn add(&self, kept: StoredVerdict, verdict: &mut Verdict) {
         let blockers = self.blockers[kept.first as usize..].iter();
         (verdict.blockers).extend(blockers.take(kept.count as usize));
         verdict.breaks_zone = verdict.breaks_zone.or(kept.breaks_zone);

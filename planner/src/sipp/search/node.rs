@@ -7,10 +7,10 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
+use super::eviction_lists::EvictionLists;
 use super::heuristic::Heuristic;
 use super::label::{Label, Step};
-use super::met::Met;
-use super::setting::{Refuted, Setting};
+use super::setting::{Refuted, SearchSetting};
 use crate::graph::agent::Agent;
 use crate::graph::roadmap::Vertex;
 use crate::graph::scratch::ScratchBuffer;
@@ -19,7 +19,7 @@ use crate::sipp::conflicts::{Querier, ReservationTable};
 
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
-struct Visit {
+struct PlaceVisit {
     /// Which place.
     vertex: Vertex,
     /// Its node.
@@ -28,8 +28,8 @@ struct Visit {
     from: Tick,
     /// Until when it is free to hover at; `None`: not known yet.
     to: Option<Tick>,
-    /// Drones evicted by then, in `Search::met`.
-    met: u32,
+    /// Drones evicted by then, in `PathSearch::evictions`.
+    evicted: u32,
     /// As of the state.
     heading: Heading,
     /// As of the state.
@@ -40,7 +40,7 @@ struct Visit {
 
 /// What is known of the way on is raised by so much at a time: chosen here, half a step of 1 m at 2
 /// m/s.
-const LOOK_TICKS: u32 = 25;
+const BOUND_STEP_TICKS: u32 = 25;
 
 /// No visit.
 const NEVER: u32 = u32::MAX;
@@ -58,7 +58,7 @@ struct Node {
 
 /// Which headings of a drone at a place count as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Haste {
+pub(super) enum HeadingDominance {
     /// None but equal ones.
     None,
     /// Those that may follow one another.
@@ -70,7 +70,7 @@ pub(super) enum Haste {
 /// All places of the states that a search has generated.
 pub(super) struct Nodes<'a> {
     /// What is searched among.
-    setting: Setting<'a>,
+    setting: SearchSetting<'a>,
     /// The searching drone.
     agent: &'a Agent,
     /// Of these the reservation table is not asked.
@@ -89,11 +89,11 @@ pub(super) struct Nodes<'a> {
     /// By index; `flying` and `standing` lead here.
     all: Vec<Node>,
     /// Those of all places.
-    visits: Vec<Visit>,
+    visits: Vec<PlaceVisit>,
     /// The last visit of each place or column.
     last: Vec<u32>,
     /// Which headings count as one.
-    pub(super) haste: Haste,
+    pub(super) heading_dominance: HeadingDominance,
     /// By node, blockers of hovering there at any time, where they were asked for.
     hovers: FxHashMap<usize, Verdict>,
 }
@@ -101,13 +101,13 @@ pub(super) struct Nodes<'a> {
 impl<'a> Nodes<'a> {
     /// No place is known yet.
     pub(super) fn new(
-        setting: Setting<'a>,
+        setting: SearchSetting<'a>,
         agent: &'a Agent,
         refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
         // Drones under way look at every way out.
-        let by_column = heuristic.looks_at_the_floor() && setting.under_way.is_empty();
+        let by_column = heuristic.uses_column_distances() && setting.under_way.is_empty();
         let columns = match by_column {
             true => column_count(setting) * agent.waypoints.len(),
             false => 0,
@@ -123,7 +123,7 @@ impl<'a> Nodes<'a> {
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
-            haste: Haste::None,
+            heading_dominance: HeadingDominance::None,
             hovers: FxHashMap::default(),
         }
     }
@@ -200,13 +200,14 @@ impl<'a> Nodes<'a> {
     }
 
     /// The same, more than is known so far, or for good.
-    pub(super) fn look_on(&mut self, node: usize, label: &Label) -> (u32, bool) {
+    pub(super) fn extend_bound(&mut self, node: usize, label: &Label) -> (u32, bool) {
         let known = self.all[node];
         if !known.is_final {
             let waypoint = usize::from(label.waypoint);
             let (mut remaining, mut is_final) = self.heuristic.at_least(waypoint, label.vertex);
             if !is_final && remaining <= known.remaining {
-                self.heuristic.look_on(waypoint, label.vertex, LOOK_TICKS);
+                self.heuristic
+                    .extend_bound(waypoint, label.vertex, BOUND_STEP_TICKS);
                 (remaining, is_final) = self.heuristic.at_least(waypoint, label.vertex);
             }
             (self.all[node].remaining, self.all[node].is_final) = (remaining, is_final);
@@ -224,12 +225,12 @@ impl<'a> Nodes<'a> {
         let next = self.visits.len() as u32;
         let last = &mut self.last[self.all[node].visited as usize];
         let before = std::mem::replace(last, next);
-        self.visits.push(Visit {
+        self.visits.push(PlaceVisit {
             vertex: label.vertex,
             node,
             from: label.at,
             to: None,
-            met: label.met,
+            evicted: label.evicted,
             heading: label.heading,
             turned: label.turned,
             before,
@@ -237,7 +238,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// When a place or its column was reached, the last time first.
-    fn visits(&self, node: usize) -> impl Iterator<Item = &Visit> + '_ {
+    fn visits(&self, node: usize) -> impl Iterator<Item = &PlaceVisit> + '_ {
         let last = self.last[self.all[node].visited as usize];
         let last = self.visits.get(last as usize);
         std::iter::successors(last, |visit| self.visits.get(visit.before as usize))
@@ -261,7 +262,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Whether a drone that came earlier can go on as one that comes now, once it has waited.
-    fn may_do_as(&self, visit: &Visit, label: &Label) -> bool {
+    fn may_do_as(&self, visit: &PlaceVisit, label: &Label) -> bool {
         let Some(smoothing) = &self.agent.smoothing else {
             return true;
         };
@@ -271,30 +272,37 @@ impl<'a> Nodes<'a> {
             && (visit.turned <= label.turned || rests(visit.turned));
         let is_alike = || {
             let is_known = visit.heading != BEYOND && label.heading < AT_REST;
-            self.haste == Haste::Alike
+            self.heading_dominance == HeadingDominance::Alike
                 && is_known
                 && smoothing.may_follow(visit.heading, label.heading)
         };
         is_same
             || visit.heading == AT_REST
             || rests(visit.from)
-            || self.haste == Haste::Any
+            || self.heading_dominance == HeadingDominance::Any
             || is_alike()
     }
 
     /// Whether a state can as well be reached by waiting there.
-    pub(super) fn is_reached(&mut self, node: usize, label: &Label, met: &Met) -> bool {
+    pub(super) fn is_reached(
+        &mut self,
+        node: usize,
+        label: &Label,
+        evictions: &EvictionLists,
+    ) -> bool {
         let mut next = self.last[self.all[node].visited as usize] as usize;
         while label.step != Step::Wait
             && let Some(&visit) = self.visits.get(next)
         {
             if visit.to.is_none() && visit.from < label.at {
-                let gives_way = |drone| met.has(visit.met, drone);
+                let is_evicted = |drone| evictions.has(visit.evicted, drone);
                 let there = Label {
                     vertex: visit.vertex,
                     ..*label
                 };
-                let to = self.free_until(visit.node, &there, visit.from, gives_way).0;
+                let to = self
+                    .free_until(visit.node, &there, visit.from, is_evicted)
+                    .0;
                 self.visits[next].to = Some(to);
             }
             next = visit.before as usize;
@@ -308,17 +316,17 @@ impl<'a> Nodes<'a> {
         node: usize,
         label: &Label,
         from: Tick,
-        gives_way: impl Fn(DroneId) -> bool,
+        is_evicted: impl Fn(DroneId) -> bool,
     ) -> (Tick, Tick) {
         if let Some((reservations, by)) = self.reservations_at(label) {
-            return reservations.free_until(by, label.vertex, from, gives_way);
+            return reservations.free_until(by, label.vertex, from, is_evicted);
         }
         let hover = self.hover(node, label);
         if hover.breaks_zone.is_some() {
             return (from, Tick::FOREVER);
         }
         let ahead = (hover.blockers.iter())
-            .filter(|blocker| blocker.clear > from && !gives_way(blocker.drone));
+            .filter(|blocker| blocker.clear > from && !is_evicted(blocker.drone));
         let first = ahead.min_by_key(|blocker| (blocker.began, blocker.clear));
         first.map_or((Tick::FOREVER, Tick::FOREVER), |blocker| {
             (blocker.began.max(from), blocker.clear)
@@ -372,7 +380,7 @@ impl<'a> Nodes<'a> {
 }
 
 /// Columns of the floor.
-fn column_count(setting: Setting<'_>) -> usize {
+fn column_count(setting: SearchSetting<'_>) -> usize {
     let [nx, ny, _] = setting.roadmap.lattice().counts();
     nx * ny
 }

@@ -22,7 +22,7 @@ pub(crate) struct Refuted {
     steps: FxHashMap<(Vertex, Vertex), Vec<Blocker>>,
     /// Refuted edges: steps and stays that have to be judged in full.
     edges: FxHashSet<(Vertex, Vertex)>,
-    /// Drones that bear no more at some time.
+    /// Drones whose budget is full at some time.
     full: Vec<DroneId>,
 }
 
@@ -66,7 +66,7 @@ impl Refuted {
         self.edges.contains(&ends)
     }
 
-    /// Drones that bear no more at some time.
+    /// Drones whose budget is full at some time.
     pub(super) fn full(&self) -> &[DroneId] {
         &self.full
     }
@@ -85,7 +85,7 @@ impl Refuted {
 
 /// What a search works on.
 #[derive(Clone, Copy)]
-pub(crate) struct Setting<'a> {
+pub(crate) struct SearchSetting<'a> {
     /// Paths through free space.
     pub(crate) roadmap: &'a Roadmap,
     /// Every drone planned so far.
@@ -106,10 +106,10 @@ pub(crate) struct Setting<'a> {
     /// do.
     pub(crate) ends_at_goal: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
-    pub(crate) careful: bool,
+    pub(crate) judges_far_wakes: bool,
     /// A place that was reached before is tried again for its next safe interval, along any path to
     /// it, so that a drone steps aside and comes back. Else only along the first path.
-    pub(crate) comes_back: bool,
+    pub(crate) allows_revisits: bool,
     /// States after which the search gives up.
     pub(crate) most_expansions: u64,
     /// Of them without tables, where what the tables let it find does not hold.
@@ -120,15 +120,15 @@ pub(crate) struct Setting<'a> {
     pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl<'a> Setting<'a> {
+impl<'a> SearchSetting<'a> {
     /// Every step judged in full by the costmap, among drones that have these prices.
     pub(crate) fn judged(
         roadmap: &'a Roadmap,
         costmap: &'a Costmap,
         weights: &'a [u32],
         stop: &'a (dyn Fn() -> bool + Sync),
-    ) -> Setting<'a> {
-        Setting {
+    ) -> SearchSetting<'a> {
+        SearchSetting {
             roadmap,
             costmap,
             reservations: None,
@@ -137,8 +137,8 @@ impl<'a> Setting<'a> {
             energy_weight: 0.0,
             detours: true,
             ends_at_goal: false,
-            careful: true,
-            comes_back: true,
+            judges_far_wakes: true,
+            allows_revisits: true,
             most_expansions: u64::MAX,
             most_untabulated: u64::MAX,
             judged_until: Tick(0),
@@ -160,7 +160,7 @@ impl<'a> Setting<'a> {
         blocker.clear <= until || departs.is_some_and(is_flown)
     }
 
-    /// Price of a leg's blocker; see [`Setting::is_under_way`].
+    /// Price of a leg's blocker; see [`SearchSetting::is_under_way`].
     pub(crate) fn weight(&self, blocker: &Blocker, departs: Option<Tick>) -> u32 {
         if self.is_under_way(blocker, departs) {
             return IMMOVABLE;
@@ -197,7 +197,7 @@ impl<'a> Setting<'a> {
     /// Blockers of a leg, by the costmap: far-off drones' weak wakes count only where it is
     /// careful. Where tables answer, something is left to drones that are planned later.
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
-        if self.careful {
+        if self.judges_far_wakes {
             self.costmap.judge(leg, verdict);
         } else {
             let spares = self.reservations.is_some();

@@ -6,7 +6,7 @@
 //! to hover at from then on. Its steps are tried for the first moment; one that is blocked then is
 //! tried again for when it may be free, and one that is not for when the place it leads to is free
 //! the next time. So is one to a place that was reached before, where a drone is to come back there
-//! ([`Setting::comes_back`]); mostly it only costs states.
+//! ([`SearchSetting::allows_revisits`]); mostly it only costs states.
 
 use std::cell::RefCell;
 use std::collections::BinaryHeap;
@@ -17,20 +17,20 @@ use costmap::verdict::{Blocker, Verdict};
 use nalgebra::{Point3, Vector3};
 use rustc_hash::FxHashMap;
 
-use super::answer::{Found, Obstruction, Obstructor, Path, joined};
+use super::answer::{Obstruction, Obstructor, Path, SearchOutcome, joined};
+use super::eviction_lists::EvictionLists;
 use super::heuristic::Heuristic;
-use super::label::{Label, Open, PartialExpansion, Step, weighted};
+use super::label::{Label, OpenEntry, PartialExpansion, Step, weighted};
 use super::memo::Memo;
-use super::met::Met;
-use super::node::{Haste, Nodes};
-use super::setting::{IMMOVABLE, Refuted, Setting};
+use super::node::{HeadingDominance, Nodes};
+use super::setting::{IMMOVABLE, Refuted, SearchSetting};
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
 use crate::graph::lattice::neighbour;
 use crate::graph::roadmap::Vertex;
 use crate::graph::turns::{AT_REST, BEYOND, Heading, Smoothing};
 use crate::sipp::conflicts::StepQuery;
-use crate::sipp::goal_occupancy::Stays;
+use crate::sipp::goal_occupancy::GoalOccupancyCosts;
 
 /// Departures after a wait are on whole multiples of this, so that a crowd does not make a state of
 /// every moment: chosen here, a quarter second.
@@ -39,9 +39,9 @@ const WAIT_GRID_TICKS: u32 = 25;
 /// From this weight on (see [`weighted`]) a drone that came earlier along another step counts as
 /// one that comes now where it may turn likewise: chosen here, before a crowd makes a state of
 /// every heading.
-const HASTY_SHIFT: u32 = 5;
+const ALIKE_HEADINGS_SHIFT: u32 = 5;
 /// From this one on along any step: chosen here, after some thousand states.
-const ANY_SHIFT: u32 = 2;
+const ANY_HEADING_SHIFT: u32 = 2;
 
 /// What a turn in flight costs (ticks), so that of paths that are as short the straighter one is
 /// flown, and no drone flies about where it may as well wait. Chosen here, a twentieth of a second:
@@ -59,17 +59,17 @@ const STATES_A_LOOK: u64 = 64;
 
 /// What is known of a step by the tables of reservations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Brief {
-    Nothing,
+enum TableAnswer {
+    Unknown,
     /// Blockers of being where it leads to; there may be others on the way.
-    WhereItLeads,
-    Everything,
+    DestinationOnly,
+    WholeStep,
 }
 
-/// One search: its states, those open, and the drones they have met.
-pub(super) struct Search<'a> {
+/// One search: its states, those open, and the drones they evict.
+pub(super) struct PathSearch<'a> {
     /// What is searched among.
-    setting: Setting<'a>,
+    setting: SearchSetting<'a>,
     /// The searching drone.
     agent: &'a Agent,
     /// Steps that the reservation table takes for free and are not.
@@ -77,15 +77,15 @@ pub(super) struct Search<'a> {
     /// Every state so far, by index; none is taken out.
     labels: Vec<Label>,
     /// The open list: states to be expanded, or expanded further.
-    open: BinaryHeap<Open>,
+    open: BinaryHeap<OpenEntry>,
     /// What is known of places.
     pub(super) nodes: Nodes<'a>,
     /// Whether there is room for a turn, by heading, place and the next one, where it was asked.
     corners: FxHashMap<(Heading, Vertex, Vertex), bool>,
-    /// Drones met on the way to each state.
-    met: Met,
+    /// Drones evicted on the way to each state.
+    evictions: EvictionLists,
     /// Of dwelling at each task, and of the end.
-    stays: Rc<Stays>,
+    goal_costs: Rc<GoalOccupancyCosts>,
     /// What this search's tries have judged.
     memo: Rc<RefCell<Memo>>,
     /// Of the leg judged last.
@@ -103,17 +103,17 @@ pub(super) struct Search<'a> {
     pub(super) expansions: u64,
 }
 
-impl<'a> Search<'a> {
+impl<'a> PathSearch<'a> {
     /// Nothing is expanded yet.
     pub(super) fn new(
-        setting: Setting<'a>,
+        setting: SearchSetting<'a>,
         agent: &'a Agent,
         refuted: Rc<Refuted>,
         heuristic: Heuristic<'a>,
-        (stays, memo): (Rc<Stays>, Rc<RefCell<Memo>>),
+        (goal_costs, memo): (Rc<GoalOccupancyCosts>, Rc<RefCell<Memo>>),
         weight_shift: u32,
-    ) -> Search<'a> {
-        Search {
+    ) -> PathSearch<'a> {
+        PathSearch {
             setting,
             agent,
             refuted: refuted.clone(),
@@ -121,8 +121,8 @@ impl<'a> Search<'a> {
             open: BinaryHeap::new(),
             nodes: Nodes::new(setting, agent, refuted, heuristic),
             corners: FxHashMap::default(),
-            met: Met::new(),
-            stays,
+            evictions: EvictionLists::new(),
+            goal_costs,
             memo,
             verdict: Verdict::default(),
             all: Verdict::default(),
@@ -134,14 +134,14 @@ impl<'a> Search<'a> {
     }
 
     /// Looks until it has expanded so many states in all; `None` if it is to go on from there.
-    pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
-        if let Some((drone, why, at)) = self.stays.never {
+    pub(super) fn run(&mut self, most_expansions: u64) -> Option<SearchOutcome> {
+        if let Some((drone, why, at)) = self.goal_costs.never {
             let above_m = self.setting.roadmap.position_m(self.agent.last_vertex());
             let (at_m, lands) = match self.agent.ending {
                 Ending::Land { rest_m, .. } => (rest_m, true),
                 Ending::Hover | Ending::Leave => (above_m, false),
             };
-            return Some(Found::Blocked(Some(Obstruction {
+            return Some(SearchOutcome::Blocked(Some(Obstruction {
                 by: Obstructor::Drone(drone, why),
                 at_m,
                 lands,
@@ -154,7 +154,7 @@ impl<'a> Search<'a> {
         }
         while self.expansions < most_expansions {
             let Some(open) = self.open.pop() else {
-                return Some(Found::Blocked(self.obstruction));
+                return Some(SearchOutcome::Blocked(self.obstruction));
             };
             if let Some(found) = self.expand_next(open) {
                 return Some(found);
@@ -176,7 +176,7 @@ impl<'a> Search<'a> {
             turned: self.agent.departs,
             paid: 0,
             parent: u32::MAX,
-            met: 0,
+            evicted: 0,
             judged: true,
             expanded: None,
         });
@@ -186,10 +186,10 @@ impl<'a> Search<'a> {
     /// is open is put in the order that this makes.
     pub(super) fn reweigh(&mut self, weight_shift: u32) {
         self.weight_shift = weight_shift;
-        self.nodes.haste = match weight_shift {
-            shift if shift <= ANY_SHIFT => Haste::Any,
-            shift if shift < HASTY_SHIFT => Haste::Alike,
-            _ => Haste::None,
+        self.nodes.heading_dominance = match weight_shift {
+            shift if shift <= ANY_HEADING_SHIFT => HeadingDominance::Any,
+            shift if shift < ALIKE_HEADINGS_SHIFT => HeadingDominance::Alike,
+            _ => HeadingDominance::None,
         };
         for open in std::mem::take(&mut self.open) {
             let label = self.labels[open.label as usize];
@@ -200,8 +200,8 @@ impl<'a> Search<'a> {
     }
 
     /// Expands the first state of the open list, or puts it back; the answer, if it is the end.
-    fn expand_next(&mut self, open: Open) -> Option<Found> {
-        let Open { label, total, .. } = open;
+    fn expand_next(&mut self, open: OpenEntry) -> Option<SearchOutcome> {
+        let OpenEntry { label, total, .. } = open;
         let found = self.labels[label as usize];
         if found.waypoint < self.kept {
             return None;
@@ -215,28 +215,28 @@ impl<'a> Search<'a> {
             return None;
         }
         let node = self.nodes.at(&found);
-        let (remaining, is_final) = self.nodes.look_on(node, &found);
+        let (remaining, is_final) = self.nodes.extend_bound(node, &found);
         if remaining > open.remaining || !is_final {
             // Its f-value was a bound.
             let entry = self.open_entry(label, &found);
             self.open.extend(entry);
             return None;
         }
-        if self.nodes.is_reached(node, &found, &self.met) {
-            if self.setting.comes_back && found.step == Step::Move {
+        if self.nodes.is_reached(node, &found, &self.evictions) {
+            if self.setting.allows_revisits && found.step == Step::Move {
                 self.remember(label);
             }
             return None;
         }
         self.expansions += 1;
         if self.expansions.is_multiple_of(STATES_A_LOOK) && (self.setting.stop)() {
-            return Some(Found::Stopped);
+            return Some(SearchOutcome::Stopped);
         }
         if !self.is_confirmed(label) {
             return None;
         }
         if found.step == Step::End {
-            return Some(Found::Path(self.path(label)));
+            return Some(SearchOutcome::Path(self.path(label)));
         }
         self.expand(label, total);
         None
@@ -253,7 +253,7 @@ impl<'a> Search<'a> {
 
     /// The entry of a state in the open list. `None` if no path leads on, or there is no need to go
     /// there.
-    fn open_entry(&mut self, index: u32, label: &Label) -> Option<Open> {
+    fn open_entry(&mut self, index: u32, label: &Label) -> Option<OpenEntry> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {
             return None;
@@ -262,10 +262,10 @@ impl<'a> Search<'a> {
     }
 
     /// The same whether there is need to go there or not.
-    fn open_entry_at(&self, node: usize, index: u32, label: &Label) -> Option<Open> {
+    fn open_entry_at(&self, node: usize, index: u32, label: &Label) -> Option<OpenEntry> {
         let cost = self.cost(node, label)?;
         let remaining = self.nodes.remaining(node);
-        Some(Open {
+        Some(OpenEntry {
             total: weighted(cost, remaining, self.weight_shift),
             remaining,
             is_bound: !self.nodes.is_final(node),
@@ -276,16 +276,16 @@ impl<'a> Search<'a> {
     /// Least cost of a whole path through a state: its f-value, before it is weighted.
     fn cost(&self, node: usize, label: &Label) -> Option<u32> {
         let least = self.least(node, label.waypoint, label.paid, label.at)?;
-        // A label with drones met still pays for the rest of its stays. To know that saves a fleet
-        // in flight nearly all states of some searches, and none where a fleet is planned from the
-        // beginning (halls and warehouses of 500).
-        let is_enough = label.met != 0 && self.setting.under_way.is_empty();
+        // A label with evicted drones still pays for the rest of its stays. To know that saves a
+        // fleet in flight nearly all states of some searches, and none where a fleet is planned
+        // from the beginning (halls and warehouses of 500).
+        let is_enough = label.evicted != 0 && self.setting.under_way.is_empty();
         if is_enough || label.step == Step::End {
             return Some(least);
         }
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
-        let is_paid = |drone| self.met.has(label.met, drone);
-        let excess = self.stays.excess(label.waypoint, ends, is_paid);
+        let is_paid = |drone| self.evictions.has(label.evicted, drone);
+        let excess = self.goal_costs.excess(label.waypoint, ends, is_paid);
         // The highest: a drone that never leaves is where it has to stay.
         let all = label.paid.saturating_add(ends).checked_add(excess)?;
         let all = all.saturating_add(self.aloft(self.nodes.remaining(node)));
@@ -347,7 +347,7 @@ impl<'a> Search<'a> {
         self.nodes.visit(node, &label);
         let past = usize::from(label.waypoint).checked_sub(1);
         let until = past.map(|past| self.agent.waypoints[past].until);
-        if label.step == Step::Dwell && label.met == 0 && until == Some(label.at) {
+        if label.step == Step::Dwell && label.evicted == 0 && until == Some(label.at) {
             self.kept = label.waypoint;
         }
         let waypoint = self.agent.waypoints.get(usize::from(label.waypoint));
@@ -432,7 +432,7 @@ impl<'a> Search<'a> {
                 ..label
             };
             let is_covered = self.nodes.is_covered(node, &step);
-            if is_covered && !self.setting.comes_back {
+            if is_covered && !self.setting.allows_revisits {
                 return;
             }
             let Some(cost) = self.cost(node, &step) else {
@@ -446,7 +446,7 @@ impl<'a> Search<'a> {
                 self.labels.push(step);
                 match is_covered {
                     true => self.remember(label),
-                    false => self.open.push(Open {
+                    false => self.open.push(OpenEntry {
                         total,
                         remaining,
                         is_bound: !self.nodes.is_final(node),
@@ -461,7 +461,7 @@ impl<'a> Search<'a> {
         });
         if next < u32::MAX {
             let node = self.nodes.at(&label);
-            self.open.push(Open {
+            self.open.push(OpenEntry {
                 total: next,
                 remaining: self.nodes.remaining(node),
                 is_bound: true,
@@ -556,7 +556,8 @@ impl<'a> Search<'a> {
         }
         let radius_m = self.agent.mover.radius_m();
         let is_wide = || {
-            let wide = roadmap.open_steps(radius_m + smoothing.swerve_m)?[label.vertex as usize];
+            let wide =
+                roadmap.open_steps(radius_m + smoothing.corner_deviation_m)?[label.vertex as usize];
             let ends = [25 - label.heading, heading];
             Some(ends.iter().all(|step| wide >> step & 1 != 0))
         };
@@ -671,14 +672,14 @@ impl<'a> Search<'a> {
         }
         let mut all = std::mem::take(&mut self.all);
         all.clear();
-        let mut brief = self.judge_in_brief(&from, &label, &mut all);
-        // What is forgiven depends on how a drone blocks.
-        let is_forgiven = |it: &Blocker| self.agent.may_forgive(it.drone, label.departs);
-        if all.blockers.iter().any(is_forgiven) {
-            brief = Brief::Nothing;
+        let mut answer = self.judge_by_tables(&from, &label, &mut all);
+        // What is tolerated depends on how a drone blocks.
+        let is_tolerated = |it: &Blocker| self.agent.may_tolerate(it.drone, label.departs);
+        if all.blockers.iter().any(is_tolerated) {
+            answer = TableAnswer::Unknown;
         }
-        let in_brief = brief != Brief::Nothing;
-        if !in_brief {
+        let is_by_tables = answer != TableAnswer::Unknown;
+        if !is_by_tables {
             all.clear();
             for leg in self.flown_to(&from, &label) {
                 let mut memo = self.memo.borrow_mut();
@@ -690,8 +691,8 @@ impl<'a> Search<'a> {
                 (self.refuted).add_blockers(ends, label.departs, &mut all.blockers);
             }
         }
-        let is_met = |blocker: &Blocker| self.passes(&label, blocker);
-        let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
+        let is_evicted = |blocker: &Blocker| self.evicts(&label, blocker);
+        let again = clear_after(label.departs, &all.blockers, !is_by_tables, is_evicted);
         // Off the ground it moves that much before it departs: a blocker that is gone by then may
         // still have obstructed that.
         let again = again.map(|again| match from.grounded && again <= label.departs {
@@ -705,7 +706,7 @@ impl<'a> Search<'a> {
         }
         std::mem::swap(&mut self.verdict, &mut all);
         let settled = self.settled(Label {
-            judged: brief != Brief::WhereItLeads,
+            judged: answer != TableAnswer::DestinationOnly,
             ..label
         });
         self.all = all;
@@ -719,7 +720,7 @@ impl<'a> Search<'a> {
         if settled.step == Step::Move && again.is_none() {
             self.remember(index);
         }
-        if settled.paid == label.paid && settled.met == label.met {
+        if settled.paid == label.paid && settled.evicted == label.evicted {
             return true;
         }
         let entry = self.open_entry(index, &settled);
@@ -728,9 +729,9 @@ impl<'a> Search<'a> {
     }
 
     /// Judges what leads to a state by the tables of reservations, if they know of it.
-    fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
+    fn judge_by_tables(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> TableAnswer {
         let Some(reservations) = self.setting.reservations else {
-            return Brief::Nothing;
+            return TableAnswer::Unknown;
         };
         let known = !from.grounded
             && reservations.knows(from.vertex)
@@ -738,17 +739,17 @@ impl<'a> Search<'a> {
             && !self.refuted.has((from.vertex, label.vertex))
             && label.departs >= self.setting.judged_until;
         let by = reservations.querier(self.agent.drone, self.kind(label.waypoint));
-        let known = known && !(self.changes(from, label) && self.came_by_refuted(from));
+        let known = known && !(self.changes(from, label) && self.arrived_by_refuted_edge(from));
         let Some(by) = by.filter(|_| known) else {
-            return Brief::Nothing;
+            return TableAnswer::Unknown;
         };
         let time = [label.departs, label.at];
         match label.step {
             Step::Move => {
                 // Mostly it is the place it leads to that is taken.
                 reservations.arrive(by, label.vertex, time, verdict);
-                if !verdict.blockers.iter().all(|it| self.passes(label, it)) {
-                    return Brief::WhereItLeads;
+                if !verdict.blockers.iter().all(|it| self.evicts(label, it)) {
+                    return TableAnswer::DestinationOnly;
                 }
                 verdict.clear();
                 let ends = [from.vertex, label.vertex];
@@ -763,7 +764,7 @@ impl<'a> Search<'a> {
                 let mut memo = self.memo.borrow_mut();
                 let costmap = self.setting.costmap;
                 if !memo.step(reservations, costmap, &query, verdict) {
-                    return Brief::Nothing;
+                    return TableAnswer::Unknown;
                 }
                 let ends = (from.vertex, label.vertex);
                 (self.refuted).add_blockers(ends, label.departs, &mut verdict.blockers);
@@ -783,13 +784,15 @@ impl<'a> Search<'a> {
                     let time = [label.at, Tick::FOREVER];
                     reservations.stay(by, label.vertex, time, verdict);
                 }
-                Ending::Leave if self.agent.leaves_at_once(label.at) => return Brief::Nothing,
+                Ending::Leave if self.agent.leaves_at_once(label.at) => {
+                    return TableAnswer::Unknown;
+                }
                 Ending::Leave => {}
-                Ending::Land { .. } => return Brief::Nothing,
+                Ending::Land { .. } => return TableAnswer::Unknown,
             },
             Step::Start | Step::Wait | Step::Later => {}
         }
-        Brief::Everything
+        TableAnswer::WholeStep
     }
 
     /// Whether a drone's velocity changes between two states.
@@ -818,7 +821,7 @@ impl<'a> Search<'a> {
         let is_step = known
             && label.step == Step::Move
             && label.departs >= self.setting.judged_until
-            && !self.came_by_refuted(label);
+            && !self.arrived_by_refuted_edge(label);
         let Some(by) = by.filter(|_| is_step) else {
             return true;
         };
@@ -833,12 +836,12 @@ impl<'a> Search<'a> {
         let mut memo = self.memo.borrow_mut();
         memo.step(reservations, self.setting.costmap, &query, &mut verdict);
         let mut blockers = verdict.blockers.iter();
-        let is_forgiven = |drone| self.agent.may_forgive(drone, label.departs);
-        blockers.all(|it| self.met.has(label.met, it.drone) || is_forgiven(it.drone))
+        let is_tolerated = |drone| self.agent.may_tolerate(drone, label.departs);
+        blockers.all(|it| self.evictions.has(label.evicted, it.drone) || is_tolerated(it.drone))
     }
 
     /// Whether the step that led to a state is a refuted edge, which has to be judged in full.
-    fn came_by_refuted(&self, from: &Label) -> bool {
+    fn arrived_by_refuted_edge(&self, from: &Label) -> bool {
         let before = self.labels.get(from.parent as usize);
         let step = before.map(|before| (before.vertex, from.vertex));
         step.is_some_and(|step| step.0 != step.1 && self.refuted.has(step))
@@ -860,7 +863,7 @@ impl<'a> Search<'a> {
         for position in 0..self.verdict.blockers.len() {
             let blocker = self.verdict.blockers[position];
             let Blocker { drone, why, .. } = blocker;
-            if self.agent.forgives(&blocker, label.departs) || self.passes(&label, &blocker) {
+            if self.agent.tolerates(&blocker, label.departs) || self.evicts(&label, &blocker) {
                 continue;
             }
             let free = self.agent.free_departure(label.departs);
@@ -870,15 +873,16 @@ impl<'a> Search<'a> {
                 return None;
             }
             label.paid = label.paid.saturating_add(weight);
-            label.met = self.met.with(label.met, drone);
+            label.evicted = self.evictions.with(label.evicted, drone);
         }
         Some(label)
     }
 
     /// Whether the path evicts a blocker already.
-    fn passes(&self, label: &Label, blocker: &Blocker) -> bool {
+    fn evicts(&self, label: &Label, blocker: &Blocker) -> bool {
         let free = self.agent.free_departure(label.departs);
-        self.met.has(label.met, blocker.drone) && !self.setting.is_under_way(blocker, free)
+        self.evictions.has(label.evicted, blocker.drone)
+            && !self.setting.is_under_way(blocker, free)
     }
 
     /// Notes what obstructed the step between two states, if no state nearer to the end was
@@ -954,7 +958,7 @@ impl<'a> Search<'a> {
                 }
                 _ => from.paid,
             },
-            met: from.met,
+            evicted: from.evicted,
             judged: false,
             expanded: None,
             ..*label
@@ -986,8 +990,8 @@ impl<'a> Search<'a> {
     fn step_later(&mut self, index: u32) {
         let label = self.labels[self.labels[index as usize].parent as usize];
         let node = self.nodes.at(&label);
-        let gives_way = |drone| self.met.has(label.met, drone);
-        let (until, again) = (self.nodes).free_until(node, &label, label.at, gives_way);
+        let is_evicted = |drone| self.evictions.has(label.evicted, drone);
+        let (until, again) = (self.nodes).free_until(node, &label, label.at, is_evicted);
         if until < Tick::FOREVER && again < Tick::FOREVER {
             let later = again.0.saturating_sub(label.at.0).max(1);
             self.postpone(&label, label.departs.after(later));
@@ -997,12 +1001,12 @@ impl<'a> Search<'a> {
     /// Waits for drones that pass first where it has to stay in the end.
     fn wait_for_stays(&mut self, index: u32) {
         let label = self.labels[index as usize];
-        if label.met != 0 {
+        if label.evicted != 0 {
             return;
         }
         let node = self.nodes.at(&label);
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
-        let slack = self.stays.slack(label.waypoint, ends);
+        let slack = self.goal_costs.slack(label.waypoint, ends);
         if slack > 0 {
             let at = label.at.after(slack);
             let smoothing = self.agent.smoothing.as_ref();
@@ -1034,8 +1038,8 @@ impl<'a> Search<'a> {
             legs.extend(self.doing(from, to));
         }
         let last = &self.labels[end as usize];
-        let mut met: Vec<_> = self.met.of(last.met).collect();
-        met.sort_unstable();
+        let mut evicted: Vec<_> = self.evictions.of(last.evicted).collect();
+        evicted.sort_unstable();
         let arrives = chain
             .iter()
             .rev()
@@ -1044,7 +1048,7 @@ impl<'a> Search<'a> {
         Path {
             legs: joined(legs),
             arrives,
-            met,
+            evicted,
         }
     }
 
@@ -1081,10 +1085,10 @@ fn clear_after(
     departs: Tick,
     blockers: &[Blocker],
     roughly: bool,
-    is_met: impl Fn(&Blocker) -> bool,
+    is_evicted: impl Fn(&Blocker) -> bool,
 ) -> Option<Tick> {
     let mut latest = None;
-    for blocker in blockers.iter().filter(|blocker| !is_met(blocker)) {
+    for blocker in blockers.iter().filter(|blocker| !is_evicted(blocker)) {
         if blocker.clear == Tick::FOREVER {
             return None;
         }

@@ -10,7 +10,7 @@ use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::conflicts::synchronous::{
-    AMONG_NEIGHBOURS, Course, DIRECTIONS, STAYS, Stride, SynchronousSteps,
+    AMONG_NEIGHBOURS, DIRECTIONS, STAYS, StepDirection, StepInteractions, SynchronousStep,
 };
 use crate::solver::prepare::Job;
 
@@ -34,7 +34,7 @@ pub(super) struct AgentState {
 }
 
 /// One drone.
-struct Member {
+struct ConfigurationMember {
     /// Where its tasks are; its start, if it has none.
     goals: Vec<Vertex>,
     /// Steps of dwelling at each but the last, where it stays until the end.
@@ -58,9 +58,9 @@ pub(super) struct Configuration<'a> {
     /// Steps that are open, and where places are.
     roadmap: &'a Roadmap,
     /// What two steps do to one another.
-    pub(super) synchronous: &'a SynchronousSteps<'a>,
+    pub(super) synchronous: &'a StepInteractions<'a>,
     /// By drone.
-    members: Vec<Member>,
+    members: Vec<ConfigurationMember>,
     /// Whether a drone may be beside the lattice.
     pub(super) is_beside: bool,
 }
@@ -69,7 +69,7 @@ impl<'a> Configuration<'a> {
     /// `None` where a drone's path is not one along the lattice from the beginning to the end.
     pub(super) fn new(
         job: &'a Job,
-        synchronous: &'a SynchronousSteps<'a>,
+        synchronous: &'a StepInteractions<'a>,
         fixed: &[bool],
         step_ticks: u32,
     ) -> Option<Configuration<'a>> {
@@ -77,8 +77,8 @@ impl<'a> Configuration<'a> {
         let members = job.agents.iter().zip(fixed);
         let members = members
             .map(|(agent, fixed)| member(roadmap, synchronous.steps, agent, *fixed, step_ticks));
-        let mut members: Vec<Member> = members.collect::<Option<_>>()?;
-        let of_member = |member: &Member| {
+        let mut members: Vec<ConfigurationMember> = members.collect::<Option<_>>()?;
+        let of_member = |member: &ConfigurationMember| {
             let radius = member.radius_m.to_bits();
             let goals = member.goals.iter();
             goals.map(move |goal| (*goal, radius)).collect::<Vec<_>>()
@@ -156,43 +156,43 @@ impl<'a> Configuration<'a> {
     }
 
     /// A drone's step as others meet it, after its last.
-    pub(super) fn stride(
+    pub(super) fn synchronous_step(
         &self,
         drone: usize,
         at: &AgentState,
         direction: usize,
-        came: Course,
-    ) -> Stride {
+        previous_direction: StepDirection,
+    ) -> SynchronousStep {
         let classes = &self.members[drone].classes;
         let waypoint = usize::from(at.waypoint) + usize::from(at.rest > 0);
         let lattice = self.roadmap.lattice();
         let is_stop = self.roadmap.is_stop(at.place);
-        Stride {
+        SynchronousStep {
             class: classes[waypoint.min(classes.len() - 1)],
             at: match is_stop {
                 true => lattice.nearest(&self.roadmap.position_m(at.place)),
                 false => lattice.steps(at.place),
             },
-            course: match is_stop || direction >= DIRECTIONS.len() {
-                true => self.course([at.place, self.target(drone, at, direction)]),
-                false => Course::Axis(direction),
+            direction: match is_stop || direction >= DIRECTIONS.len() {
+                true => self.step_direction([at.place, self.target(drone, at, direction)]),
+                false => StepDirection::Axis(direction),
             },
-            came,
+            previous_direction,
         }
     }
 
     /// How a step leads from a place to another, which may be the same.
-    pub(super) fn course(&self, ends: [Vertex; 2]) -> Course {
+    pub(super) fn step_direction(&self, ends: [Vertex; 2]) -> StepDirection {
         let lattice = self.roadmap.lattice();
         if !ends.iter().any(|place| self.roadmap.is_stop(*place)) {
             let [from, to] = ends.map(|place| lattice.steps(place));
             let by = [0, 1, 2].map(|axis| to[axis] - from[axis]);
             let known = DIRECTIONS.iter().position(|steps| *steps == by);
-            return Course::Axis(known.unwrap_or(STAYS));
+            return StepDirection::Axis(known.unwrap_or(STAYS));
         }
         let [from, to] = ends.map(|it| lattice.in_cells(&self.roadmap.position_m(it)));
         let by = [0, 1, 2].map(|axis| to[axis] - from[axis]);
-        Course::Beside { from, by }
+        StepDirection::Beside { from, by }
     }
 
     /// The column of the floor that a place is in, or next to.
@@ -281,7 +281,12 @@ impl<'a> Configuration<'a> {
 }
 
 /// Steps to a goal from a place, both of which may be beside the lattice.
-fn steps(roadmap: &Roadmap, member: &Member, far: &Far, [from, goal]: [Vertex; 2]) -> u32 {
+fn steps(
+    roadmap: &Roadmap,
+    member: &ConfigurationMember,
+    far: &Far,
+    [from, goal]: [Vertex; 2],
+) -> u32 {
     let of = |place: Vertex| far.steps(roadmap.lattice(), place);
     match member.links.get(&from) {
         _ if from == goal => 0,
@@ -292,7 +297,7 @@ fn steps(roadmap: &Roadmap, member: &Member, far: &Far, [from, goal]: [Vertex; 2
 
 /// The layer that all fly in where no step is blocked: that of more than half of all goals, or the
 /// middle one.
-fn layer(roadmap: &Roadmap, members: &[Member]) -> i32 {
+fn layer(roadmap: &Roadmap, members: &[ConfigurationMember]) -> i32 {
     let lattice = roadmap.lattice();
     let goals = members.iter().filter_map(|member| member.goals.last());
     let layers = goals.map(|goal| lattice.nearest(&roadmap.position_m(*goal))[2]);
@@ -315,7 +320,7 @@ fn member(
     agent: &Agent,
     is_fixed: bool,
     step_ticks: u32,
-) -> Option<Member> {
+) -> Option<ConfigurationMember> {
     let goals: Vec<Vertex> = if agent.waypoints.is_empty() || is_fixed {
         vec![agent.start]
     } else {
@@ -327,7 +332,8 @@ fn member(
     let linked = beside.map(|stop| (*stop, links(roadmap, *stop, radius_m)));
     let links: BTreeMap<Vertex, Vec<Vertex>> = linked.collect();
     let is_linked = (links.values()).all(|links| (1..=MOST_LINKS).contains(&links.len()));
-    let is_plain = agent.departs.0 == 0 && agent.begun.is_empty() && agent.forgiven.is_empty();
+    let is_plain =
+        agent.departs.0 == 0 && agent.begun.is_empty() && agent.tolerated_drones.is_empty();
     if !(is_fixed || is_linked) || agent.grounded || agent.is_timed() || !is_plain {
         return None;
     }
@@ -335,7 +341,7 @@ fn member(
     let classes: Option<Vec<usize>> = agent.kinds.iter().map(|kind| class(*kind)).collect();
     let rest = |it: &Waypoint| u16::try_from(it.dwell_ticks.div_ceil(step_ticks)).ok();
     let rests: Option<Vec<u16>> = agent.waypoints.iter().map(rest).collect();
-    Some(Member {
+    Some(ConfigurationMember {
         after: vec![0; goals.len()],
         far: Vec::new(),
         goals,

@@ -9,7 +9,9 @@ use std::collections::VecDeque;
 
 use super::configuration::{AgentState, Configuration, MOST_LINKS};
 use crate::graph::roadmap::Vertex;
-use crate::sipp::conflicts::synchronous::{Course, DIRECTIONS, MOST_LOADS, Met, STAYS, Stride};
+use crate::sipp::conflicts::synchronous::{
+    DIRECTIONS, MOST_LOADS, STAYS, StepDirection, StepInteraction, SynchronousStep,
+};
 
 /// Steps tried for one drone and all it displaces: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
@@ -23,7 +25,7 @@ const NONE: u32 = u32::MAX;
 
 /// Every drone's step of an earlier round: its air may still be under way.
 pub(super) struct PastRound {
-    strides: Vec<Stride>,
+    steps: Vec<SynchronousStep>,
     /// By column of the floor, the first drone in it; by drone, the next in the same.
     first: Vec<u32>,
     next: Vec<u32>,
@@ -38,14 +40,18 @@ impl PastRound {
     ) -> PastRound {
         let [nx, ny, _] = configuration.synchronous.steps.counts();
         let mut past = PastRound {
-            strides: Vec::with_capacity(now.len()),
+            steps: Vec::with_capacity(now.len()),
             first: vec![NONE; nx * ny],
             next: vec![NONE; now.len()],
         };
         for (drone, (at, direction)) in now.iter().zip(directions).enumerate() {
             let direction = usize::from(*direction);
-            past.strides
-                .push(configuration.stride(drone, at, direction, Course::STAY));
+            past.steps.push(configuration.synchronous_step(
+                drone,
+                at,
+                direction,
+                StepDirection::STAY,
+            ));
             let column = configuration.column(at.place);
             past.next[drone] = std::mem::replace(&mut past.first[column], drone as u32);
         }
@@ -60,7 +66,7 @@ pub(super) struct Round<'a> {
     /// Where every drone is.
     now: &'a [AgentState],
     /// By drone, what led there in the round before.
-    came: Vec<Course>,
+    previous_directions: Vec<StepDirection>,
     /// Earlier rounds whose air may be under way, the last one first.
     past: &'a VecDeque<PastRound>,
     /// By column of the floor, the first drone in it, or [`NONE`].
@@ -98,8 +104,8 @@ impl<'a> Round<'a> {
         let mut round = Round {
             configuration,
             now,
-            came: (before.iter().zip(now))
-                .map(|(before, now)| configuration.course([before.place, now.place]))
+            previous_directions: (before.iter().zip(now))
+                .map(|(before, now)| configuration.step_direction([before.place, now.place]))
                 .collect(),
             past,
             first: vec![NONE; nx * ny],
@@ -121,8 +127,8 @@ impl<'a> Round<'a> {
         }
         for drone in 0..now.len() {
             let mut load = 0;
-            round.around(drone, STAYS, |_, met| {
-                if let Met::Loads([on_me, _]) = met {
+            round.around(drone, STAYS, |_, interaction| {
+                if let StepInteraction::Loads([on_me, _]) = interaction {
                     load += i32::from(on_me);
                 }
             });
@@ -146,7 +152,7 @@ impl<'a> Round<'a> {
     }
 
     /// Displaces a drone; one whose displacement failed does not try again.
-    fn give_way(&mut self, drone: usize) -> bool {
+    fn displace(&mut self, drone: usize) -> bool {
         let done = !self.stuck[drone] && self.decide(drone);
         self.stuck[drone] |= !done;
         done
@@ -217,10 +223,10 @@ impl<'a> Round<'a> {
         self.set(drone, direction);
         let mut pushed: Vec<u32> = Vec::new();
         let mut is_possible = true;
-        self.around(drone, direction, |other, met| match met {
-            Met::Loads(_) => {}
-            Met::TooNearBefore => is_possible = false,
-            Met::TooNear => {
+        self.around(drone, direction, |other, interaction| match interaction {
+            StepInteraction::Loads(_) => {}
+            StepInteraction::TooNearBefore => is_possible = false,
+            StepInteraction::TooNear => {
                 is_possible &= !self.decided[other] && !self.stuck[other];
                 pushed.push(other as u32);
             }
@@ -228,9 +234,9 @@ impl<'a> Round<'a> {
         is_possible
             && pushed.into_iter().all(|other| {
                 let other = other as usize;
-                self.decided[other] || self.give_way(other)
+                self.decided[other] || self.displace(other)
             })
-            && self.is_borne(drone)
+            && self.are_loads_within_budget(drone)
     }
 
     /// Takes steps back until the trail is as long as it was.
@@ -248,11 +254,15 @@ impl<'a> Round<'a> {
     fn set(&mut self, drone: usize, direction: usize) {
         for sign in [-1, 1] {
             let mut changes: Vec<(usize, [u8; 2])> = Vec::new();
-            self.around(drone, usize::from(self.directions[drone]), |other, met| {
-                if let Met::Loads(loads) = met {
-                    changes.push((other, loads));
-                }
-            });
+            self.around(
+                drone,
+                usize::from(self.directions[drone]),
+                |other, interaction| {
+                    if let StepInteraction::Loads(loads) = interaction {
+                        changes.push((other, loads));
+                    }
+                },
+            );
             for (other, [on_me, on_them]) in changes {
                 self.loads[drone] += sign * i32::from(on_me);
                 self.loads[other] += sign * i32::from(on_them);
@@ -261,18 +271,23 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Whether a drone and those around it bear what wakes add up to.
-    fn is_borne(&self, drone: usize) -> bool {
-        let bears = |drone: usize| {
+    /// Whether loads on a drone and on those around it are within their budgets.
+    fn are_loads_within_budget(&self, drone: usize) -> bool {
+        let is_within_budget = |drone: usize| {
             let late = self.advected_load(drone, usize::from(self.directions[drone]));
             self.loads[drone] + late.unwrap_or(0) <= MOST_LOADS
         };
-        let mut borne = bears(drone);
-        self.around(drone, usize::from(self.directions[drone]), |other, met| {
-            let is_exposed = matches!(met, Met::Loads([_, on_them]) if on_them > 0);
-            borne = borne && (!is_exposed || bears(other));
-        });
-        borne
+        let mut are_within_budget = is_within_budget(drone);
+        self.around(
+            drone,
+            usize::from(self.directions[drone]),
+            |other, interaction| {
+                let is_exposed =
+                    matches!(interaction, StepInteraction::Loads([_, on_them]) if on_them > 0);
+                are_within_budget = are_within_budget && (!is_exposed || is_within_budget(other));
+            },
+        );
+        are_within_budget
     }
 
     /// What air of earlier rounds fills of a drone's budget on a step, each drone's at its most;
@@ -282,7 +297,7 @@ impl<'a> Round<'a> {
             return Some(0);
         }
         let synchronous = self.configuration.synchronous;
-        let mine = self.stride(drone, direction);
+        let mine = self.synchronous_step(drone, direction);
         let mut loads: Vec<(usize, u8)> = Vec::new();
         for (class, column) in self.columns_near(&mine) {
             for (past, rounds) in self.past.iter().zip(1..) {
@@ -290,7 +305,7 @@ impl<'a> Round<'a> {
                 while other != NONE {
                     let index = other as usize;
                     other = past.next[index];
-                    let theirs = &past.strides[index];
+                    let theirs = &past.steps[index];
                     if index == drone || theirs.class != class {
                         continue;
                     }
@@ -305,10 +320,10 @@ impl<'a> Round<'a> {
         }
         // What one does now counts already; of both the greater counts.
         let more = loads.into_iter().map(|(other, load)| {
-            let theirs = self.stride(other, usize::from(self.directions[other]));
+            let theirs = self.synchronous_step(other, usize::from(self.directions[other]));
             let now = match synchronous.meet(&mine, &theirs) {
-                Met::Loads([on_me, _]) => on_me,
-                Met::TooNear | Met::TooNearBefore => 0,
+                StepInteraction::Loads([on_me, _]) => on_me,
+                StepInteraction::TooNear | StepInteraction::TooNearBefore => 0,
             };
             i32::from(load.saturating_sub(now))
         });
@@ -317,8 +332,8 @@ impl<'a> Round<'a> {
 
     /// Calls `f` with every drone that a step of this drone could affect, and what the two do to
     /// one another.
-    fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Met)) {
-        let mine = self.stride(drone, direction);
+    fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, StepInteraction)) {
+        let mine = self.synchronous_step(drone, direction);
         for (class, column) in self.columns_near(&mine) {
             let mut other = self.first[column];
             while other != NONE {
@@ -328,7 +343,7 @@ impl<'a> Round<'a> {
                     continue;
                 }
                 let others = usize::from(self.directions[index]);
-                let theirs = self.stride(index, others);
+                let theirs = self.synchronous_step(index, others);
                 if theirs.class == class {
                     f(index, self.configuration.synchronous.meet(&mine, &theirs));
                 }
@@ -337,7 +352,7 @@ impl<'a> Round<'a> {
     }
 
     /// The columns of places in which a drone could matter to a step, class by class.
-    fn columns_near(&self, mine: &Stride) -> impl Iterator<Item = (usize, usize)> {
+    fn columns_near(&self, mine: &SynchronousStep) -> impl Iterator<Item = (usize, usize)> {
         let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
         let [nx, ny, _] = synchronous.steps.counts();
         (0..synchronous.steps.class_count()).flat_map(move |class| {
@@ -350,8 +365,9 @@ impl<'a> Round<'a> {
         })
     }
 
-    fn stride(&self, drone: usize, direction: usize) -> Stride {
-        let (at, came) = (&self.now[drone], self.came[drone]);
-        self.configuration.stride(drone, at, direction, came)
+    fn synchronous_step(&self, drone: usize, direction: usize) -> SynchronousStep {
+        let (at, previous_direction) = (&self.now[drone], self.previous_directions[drone]);
+        self.configuration
+            .synchronous_step(drone, at, direction, previous_direction)
     }
 }

@@ -12,12 +12,14 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rayon::prelude::*;
 
-use crate::graph::agent::{Agent, FORGIVEN_TICKS};
+use crate::graph::agent::{Agent, TOLERANCE_TICKS};
 use crate::graph::distances::UNREACHABLE;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::sipp::conflicts::ReservationTable;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Searched, Setting, search};
+use crate::sipp::search::{
+    IMMOVABLE, Obstruction, Path, SearchOutcome, SearchSetting, Searched, search,
+};
 use crate::solver::prepare::Job;
 use crate::solver::priority::{MOST_SMALL, UNTABULATED_LATE_STATES, UNTABULATED_STATES};
 
@@ -30,7 +32,7 @@ const WEIGHT_GROWTH: u32 = 250;
 pub(super) const MOST_EVICTIONS: u32 = 24;
 /// From so many evictions on a drone's search may step aside and come back. Chosen here: it reaches
 /// two drones that find paths only through each other, and few in a hall.
-const EVICTIONS_TO_COME_BACK: u32 = 3;
+const EVICTIONS_BEFORE_REVISITS: u32 = 3;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
 /// The same in a small fleet, where refused drones are tried again, and without tables, where a
@@ -94,7 +96,7 @@ pub(crate) enum FailureKind {
 /// The more drones are planned, the more states the next one takes: an attempt that plans too few
 /// in one span of states plans no more in the next.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
+pub(super) struct PlanningRate {
     /// States before the first.
     pub(super) begun: u64,
     /// Spans that are over, [`SPANS`] up to where it gives up.
@@ -103,21 +105,22 @@ pub(super) struct Pace {
     pub(super) planned: usize,
 }
 
-/// Spans of a [`Pace`]: chosen here, of a fleet of a hundred each holds ten drones and more.
+/// Spans of a [`PlanningRate`]: chosen here, of a fleet of a hundred each holds ten drones and
+/// more.
 const SPANS: u64 = 8;
 /// How many times as many drones a later span may plan: chosen here, some drones take several times
 /// as long as those after them.
 const MOST_FASTER: usize = 2;
 
 /// Searches for a path; of a drone that departs in others' air, first for one that soon leaves it.
-fn search_out(setting: Setting<'_>, agent: &Agent) -> Searched {
+fn search_out(setting: SearchSetting<'_>, agent: &Agent) -> Searched {
     let searched = search(setting, agent);
-    let is_short = !agent.forgiven.is_empty() && agent.forgiven_ticks < FORGIVEN_TICKS;
-    if !is_short || !matches!(searched.found, Found::Blocked(_)) {
+    let is_short = !agent.tolerated_drones.is_empty() && agent.tolerance_ticks < TOLERANCE_TICKS;
+    if !is_short || !matches!(searched.found, SearchOutcome::Blocked(_)) {
         return searched;
     }
     let longer = Agent {
-        forgiven_ticks: FORGIVEN_TICKS,
+        tolerance_ticks: TOLERANCE_TICKS,
         ..agent.clone()
     };
     let again = search(setting, &longer);
@@ -148,20 +151,20 @@ pub(super) struct Attempt<'a> {
     /// How often each has been evicted.
     pub(super) evicted: Vec<u32>,
     /// Drones whose weak wakes overload another: their steps are judged in full.
-    pub(super) careful: Vec<bool>,
+    pub(super) judges_far_wakes: Vec<bool>,
     /// A drone evicted more often stays at its start.
     pub(super) most_evictions: u32,
     /// It is small, or its states take long: searches get fewer of them.
-    pub(super) is_dear: bool,
-    /// See [`Setting::detours`].
+    pub(super) has_small_budget: bool,
+    /// See [`SearchSetting::detours`].
     pub(super) detours: bool,
     /// States in all after which it gives up.
     pub(super) gives_up_at: Option<u64>,
-    /// With a pace, it gives up earlier where those states will not do.
-    pub(super) pace: Option<Pace>,
+    /// With a rate, it gives up earlier where those states will not do.
+    pub(super) rate: Option<PlanningRate>,
     /// Drones still in the queue when it gave up.
     pub(super) waiting: VecDeque<DroneId>,
-    /// See [`Setting::under_way`].
+    /// See [`SearchSetting::under_way`].
     pub(super) under_way: Vec<Tick>,
     /// Legs of each drone if it finds no path; a drone without legs is absent. With an empty outer
     /// list every drone stays at its start.
@@ -197,12 +200,12 @@ impl<'a> Attempt<'a> {
             effort,
             weights,
             evicted: vec![0; drones],
-            careful: vec![false; drones],
+            judges_far_wakes: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
-            is_dear: drones <= MOST_SMALL,
+            has_small_budget: drones <= MOST_SMALL,
             detours: true,
             gives_up_at: None,
-            pace: None,
+            rate: None,
             waiting: VecDeque::new(),
             under_way: Vec::new(),
             kept: Vec::new(),
@@ -220,7 +223,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Drones without tasks are planned first, and immovable: they stay where they are.
-    pub(super) fn settle_who_stays(&mut self) {
+    pub(super) fn fix_stationary_drones(&mut self) {
         let weights = &self.weights;
         let stays = |agent: &&Agent| agent.stays() && weights[agent.drone.0 as usize] != IMMOVABLE;
         let staying = self.agents.iter().filter(stays);
@@ -233,8 +236,8 @@ impl<'a> Attempt<'a> {
     }
 
     /// What the next search works on: all that is planned so far.
-    pub(super) fn setting(&self) -> Setting<'_> {
-        Setting {
+    pub(super) fn setting(&self) -> SearchSetting<'_> {
+        SearchSetting {
             roadmap: self.roadmap,
             costmap: &self.costmap,
             reservations: self.reservations.as_ref(),
@@ -243,8 +246,8 @@ impl<'a> Attempt<'a> {
             energy_weight: self.energy_weight,
             detours: self.detours,
             ends_at_goal: false,
-            careful: false,
-            comes_back: false,
+            judges_far_wakes: false,
+            allows_revisits: false,
             most_expansions: self.most_expansions(),
             most_untabulated: match self.kept.is_empty() {
                 true => u64::MAX,
@@ -257,7 +260,7 @@ impl<'a> Attempt<'a> {
 
     /// A state without tables takes as long as so many with them.
     fn untabulated_states(&self) -> u64 {
-        match self.costmap.lingers() {
+        match self.costmap.wake_persistence_ticks() {
             0 => UNTABULATED_STATES,
             _ => UNTABULATED_STATES * UNTABULATED_LATE_STATES,
         }
@@ -266,10 +269,12 @@ impl<'a> Attempt<'a> {
     /// States of the next search.
     fn most_expansions(&self) -> u64 {
         let spent = self.effort.expansions;
-        let most = match (self.kept.is_empty(), self.is_dear) {
+        let most = match (self.kept.is_empty(), self.has_small_budget) {
             (true, true) => {
                 // The same work, where every step is judged by the costmap and air takes time.
-                let share = match self.reservations.is_none() && self.costmap.lingers() > 0 {
+                let share = match self.reservations.is_none()
+                    && self.costmap.wake_persistence_ticks() > 0
+                {
                     true => UNTABULATED_LATE_STATES,
                     false => 1,
                 };
@@ -290,8 +295,8 @@ impl<'a> Attempt<'a> {
         self.effort.searches += 1;
         self.effort.expansions += searched.expansions;
         match searched.found {
-            Found::Path(path) => Some(path),
-            Found::Blocked(_) | Found::Stopped => None,
+            SearchOutcome::Path(path) => Some(path),
+            SearchOutcome::Blocked(_) | SearchOutcome::Stopped => None,
         }
     }
 
@@ -430,12 +435,12 @@ impl<'a> Attempt<'a> {
             let stay = self.legs[drone.0 as usize].clone();
             self.release(drone);
             let setting = self.setting();
-            let setting = Setting {
+            let setting = SearchSetting {
                 // Without tables a state takes twenty times as long, and among drones under way no
                 // more of these searches find a path.
                 reservations: setting.reservations.filter(|_| !self.kept.is_empty()),
                 weights: &immovable,
-                careful: true,
+                judges_far_wakes: true,
                 most_expansions: setting.most_expansions.min(setting.most_untabulated),
                 ..setting
             };
@@ -522,14 +527,15 @@ impl<'a> Attempt<'a> {
                 .with_max_len(1)
                 .map(|drone| {
                     let agent = &self.agents[drone.0 as usize];
-                    let setting = Setting {
-                        careful: self.careful[drone.0 as usize],
-                        comes_back: self.evicted[drone.0 as usize] >= EVICTIONS_TO_COME_BACK,
+                    let setting = SearchSetting {
+                        judges_far_wakes: self.judges_far_wakes[drone.0 as usize],
+                        allows_revisits: self.evicted[drone.0 as usize]
+                            >= EVICTIONS_BEFORE_REVISITS,
                         ..setting
                     };
                     let searched = search_out(setting, agent);
                     let reservation = match &searched.found {
-                        Found::Path(path) => {
+                        SearchOutcome::Path(path) => {
                             let flown = agent.flown(&path.legs).into_owned();
                             Some(setting.costmap.reservation(flown))
                         }
@@ -541,7 +547,7 @@ impl<'a> Attempt<'a> {
             let mut again = Vec::new();
             let mut is_first = true;
             for (drone, searched) in batch.into_iter().zip(searched) {
-                if !self.take(drone, searched, is_first, &mut queue) {
+                if !self.accept(drone, searched, is_first, &mut queue) {
                     again.push(drone);
                 }
                 is_first = false;
@@ -566,17 +572,17 @@ impl<'a> Attempt<'a> {
 
     /// Whether the states left will not do for the drones left.
     fn is_too_slow(&mut self) -> bool {
-        let (Some(pace), Some(until)) = (&mut self.pace, self.gives_up_at) else {
+        let (Some(rate), Some(until)) = (&mut self.rate, self.gives_up_at) else {
             return false;
         };
-        let span = until.saturating_sub(pace.begun).div_ceil(SPANS).max(1);
-        let spans = (self.effort.expansions - pace.begun) / span;
-        if spans == pace.spans {
+        let span = until.saturating_sub(rate.begun).div_ceil(SPANS).max(1);
+        let spans = (self.effort.expansions - rate.begun) / span;
+        if spans == rate.spans {
             return false;
         }
         let planned = self.paths.iter().flatten().count();
-        let gained = planned.saturating_sub(pace.planned) / (spans - pace.spans) as usize;
-        (pace.spans, pace.planned) = (spans, planned);
+        let gained = planned.saturating_sub(rate.planned) / (spans - rate.spans) as usize;
+        (rate.spans, rate.planned) = (spans, planned);
         let ahead = SPANS.saturating_sub(spans) as usize;
         MOST_FASTER * gained * ahead < self.paths.len() - planned - self.unplanned.len()
     }
@@ -591,7 +597,7 @@ impl<'a> Attempt<'a> {
             if self.weights[drone.0 as usize] == IMMOVABLE {
                 continue;
             }
-            if self.agents[drone.0 as usize].alone_ticks == UNREACHABLE {
+            if self.agents[drone.0 as usize].lower_bound_ticks == UNREACHABLE {
                 self.leave_unplanned(drone, FailureKind::NoPath, queue);
                 continue;
             }
@@ -607,7 +613,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Takes over what a search found; `false` if it conflicts with others of its batch.
-    fn take(
+    fn accept(
         &mut self,
         drone: DroneId,
         (searched, reservation): (Searched, Option<Reservation>),
@@ -622,28 +628,30 @@ impl<'a> Attempt<'a> {
         }
         match searched.found {
             // It waits for the next check of the stop signal.
-            Found::Stopped => queue.push_front(drone),
-            Found::Blocked(by) => self.leave_unplanned(drone, FailureKind::Obstructed(by), queue),
-            Found::Path(path) => {
-                let (is_valid, is_borne) = rayon::join(
-                    || is_first || self.meets_only_those_it_knows(drone, &path),
-                    || self.is_borne(drone, &path),
+            SearchOutcome::Stopped => queue.push_front(drone),
+            SearchOutcome::Blocked(by) => {
+                self.leave_unplanned(drone, FailureKind::Obstructed(by), queue)
+            }
+            SearchOutcome::Path(path) => {
+                let (is_valid, are_loads_within_budget) = rayon::join(
+                    || is_first || self.has_only_known_conflicts(drone, &path),
+                    || self.are_loads_within_budget(drone, &path),
                 );
                 if !is_valid {
                     return false;
                 }
-                for &met in &path.met {
-                    self.evict(met, queue);
+                for &evicted in &path.evicted {
+                    self.evict(evicted, queue);
                 }
-                let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
-                if path.met.iter().any(stuck) {
+                let stuck = |evicted: &DroneId| self.weights[evicted.0 as usize] == IMMOVABLE;
+                if path.evicted.iter().any(stuck) {
                     // A drone to be evicted is left unplanned instead, and immovable.
                     queue.push_front(drone);
                     return true;
                 }
                 // Evictions leave fewer to bear it.
-                if !is_borne && !self.is_borne(drone, &path) {
-                    self.careful[drone.0 as usize] = true;
+                if !are_loads_within_budget && !self.are_loads_within_budget(drone, &path) {
+                    self.judges_far_wakes[drone.0 as usize] = true;
                     queue.push_front(drone);
                     return true;
                 }
@@ -658,21 +666,21 @@ impl<'a> Attempt<'a> {
 
     /// Whether every drone farther off bears a path's wake; true where each step was judged in
     /// full.
-    fn is_borne(&self, drone: DroneId, path: &Path) -> bool {
+    fn are_loads_within_budget(&self, drone: DroneId, path: &Path) -> bool {
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
-        self.careful[drone.0 as usize] || self.costmap.is_borne(&flown)
+        self.judges_far_wakes[drone.0 as usize] || self.costmap.are_loads_within_budget(&flown)
     }
 
     /// Whether a path meets only drones its search knew, after others of its batch.
-    fn meets_only_those_it_knows(&self, drone: DroneId, path: &Path) -> bool {
-        let setting = Setting {
-            careful: self.careful[drone.0 as usize],
+    fn has_only_known_conflicts(&self, drone: DroneId, path: &Path) -> bool {
+        let setting = SearchSetting {
+            judges_far_wakes: self.judges_far_wakes[drone.0 as usize],
             ..self.setting()
         };
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
         flown.par_iter().all(|leg| {
             let mut against = Verdict::default();
-            let mut is_known = |blocker: &Blocker| path.met.contains(&blocker.drone);
+            let mut is_known = |blocker: &Blocker| path.evicted.contains(&blocker.drone);
             setting.add_unknown(leg, &mut is_known, &mut against);
             against.is_allowed()
         })
@@ -704,7 +712,7 @@ impl<'a> Attempt<'a> {
             }
             times[index] += 1;
             if left > 0 && times[index] <= MOST_FINAL_EVICTIONS {
-                let setting = Setting {
+                let setting = SearchSetting {
                     weights: &immovable,
                     most_expansions: left.min(MOST_FINAL_EXPANSIONS),
                     stop: &|| false,
@@ -713,7 +721,9 @@ impl<'a> Attempt<'a> {
                 let searched = search(setting, &self.agents[index]);
                 left = left.saturating_sub(searched.expansions);
                 if let Some(path) = self.counted(searched)
-                    && self.costmap.is_borne(&self.agents[index].flown(&path.legs))
+                    && self
+                        .costmap
+                        .are_loads_within_budget(&self.agents[index].flown(&path.legs))
                 {
                     self.reserve(path.legs.clone());
                     self.paths[index] = Some(path);

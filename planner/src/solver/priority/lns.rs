@@ -16,7 +16,7 @@ use rustc_hash::FxHashMap;
 use super::Attempt;
 use crate::graph::agent::Agent;
 use crate::plan::outcome::Progress;
-use crate::sipp::search::{IMMOVABLE, Path, Setting, search};
+use crate::sipp::search::{IMMOVABLE, Path, SearchSetting, search};
 
 /// Prices of evicting a drone (ticks), one round after another. Chosen here: a tenth of a second
 /// finds drones that lose hardly anything, two seconds only drones that delay another for long.
@@ -92,10 +92,10 @@ impl Attempt<'_> {
                 return;
             }
             let before = self.take_out(drone);
-            let setting = Setting {
+            let setting = SearchSetting {
                 weights: &immovable,
                 ends_at_goal: true,
-                careful: self.careful[drone.0 as usize],
+                judges_far_wakes: self.judges_far_wakes[drone.0 as usize],
                 most_expansions: self.left(),
                 ..self.setting()
             };
@@ -120,7 +120,7 @@ impl Attempt<'_> {
     fn improve(&mut self, price: u32, until_expansions: u64, in_vain: &mut InVain) -> bool {
         let delay = |agent: &Agent| {
             let path = self.paths[agent.drone.0 as usize].as_ref()?;
-            let delay = path.arrives.0.saturating_sub(agent.alone_ticks);
+            let delay = path.arrives.0.saturating_sub(agent.lower_bound_ticks);
             (delay > 0).then_some((Reverse(delay), agent.drone))
         };
         let mut delayed: Vec<_> = self.agents.iter().filter_map(delay).collect();
@@ -153,8 +153,8 @@ impl Attempt<'_> {
         };
         let weights: Vec<u32> = self.weights.iter().map(asked).collect();
         let gained = match self.searched(drone, &weights) {
-            Some(path) if path.met.len() <= MOST_OTHERS && self.may_gain(&before[0], &path) => {
-                before.extend(path.met.iter().map(|other| self.take_out(*other)));
+            Some(path) if path.evicted.len() <= MOST_OTHERS && self.may_gain(&before[0], &path) => {
+                before.extend(path.evicted.iter().map(|other| self.take_out(*other)));
                 self.put(drone, path) && self.replan(&before[1..], &before)
             }
             _ => false,
@@ -174,15 +174,15 @@ impl Attempt<'_> {
     /// meets arrive at their lower bounds.
     fn may_gain(&self, before: &Before, path: &Path) -> bool {
         let delay = |drone: DroneId, path: &Path| {
-            let alone_ticks = self.agents[drone.0 as usize].alone_ticks;
-            u64::from(path.arrives.0.saturating_sub(alone_ticks))
+            let lower_bound_ticks = self.agents[drone.0 as usize].lower_bound_ticks;
+            u64::from(path.arrives.0.saturating_sub(lower_bound_ticks))
         };
-        let met = |drone: &DroneId| {
+        let of_evicted = |drone: &DroneId| {
             let known = self.paths[drone.0 as usize].as_ref();
             known.map_or(0, |known| delay(*drone, known))
         };
         let own = before.path.as_ref().map_or(0, |it| delay(before.drone, it));
-        let others: u64 = path.met.iter().map(met).sum();
+        let others: u64 = path.evicted.iter().map(of_evicted).sum();
         delay(before.drone, path) < own + others
     }
 
@@ -208,9 +208,9 @@ impl Attempt<'_> {
 
     /// A path at these prices; `None` if there is none within the states that are left.
     fn searched(&mut self, drone: DroneId, weights: &[u32]) -> Option<Path> {
-        let setting = Setting {
+        let setting = SearchSetting {
             weights,
-            careful: self.careful[drone.0 as usize],
+            judges_far_wakes: self.judges_far_wakes[drone.0 as usize],
             most_expansions: self.left(),
             ..self.setting()
         };
@@ -247,7 +247,7 @@ impl Attempt<'_> {
     /// Takes a path over, unless others far off cannot bear it.
     fn put(&mut self, drone: DroneId, path: Path) -> bool {
         let flown = self.agents[drone.0 as usize].flown(&path.legs);
-        if !self.costmap.is_borne(&flown) {
+        if !self.costmap.are_loads_within_budget(&flown) {
             return false;
         }
         self.reserve(path.legs.clone());

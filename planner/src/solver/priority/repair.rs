@@ -13,7 +13,7 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Verdict;
 
 use super::attempt::{Attempt, FIRST_WEIGHT, FailureKind, Paths};
-use crate::graph::agent::{Agent, FORGIVEN_TICKS};
+use crate::graph::agent::{Agent, TOLERANCE_TICKS};
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::conflicts::{ReservationTable, Steps};
 use crate::sipp::search::{IMMOVABLE, Path};
@@ -77,7 +77,8 @@ impl<'a> Repair<'a> {
         attempt.under_way = affected.under_way;
         attempt.kept = affected.kept;
         let mut queue: Vec<DroneId> = group.to_vec();
-        queue.sort_unstable_by_key(|drone| (job.agents[drone.0 as usize].alone_ticks, *drone));
+        queue
+            .sort_unstable_by_key(|drone| (job.agents[drone.0 as usize].lower_bound_ticks, *drone));
         let mut queue = VecDeque::from(queue);
         for &drone in settled.iter().chain(group) {
             attempt.costmap.remove(drone);
@@ -119,12 +120,12 @@ impl<'a> Repair<'a> {
     pub(crate) fn run_again(&mut self) {
         let (attempt, settled) = (&mut self.attempt, self.settled);
         let is_settled = |drone: &DroneId| settled.contains(drone);
-        let left_out = attempt.unplanned.iter().map(|(drone, _)| *drone);
-        let mut again: Vec<DroneId> = left_out.filter(|it| !is_settled(it)).collect();
+        let unplanned = attempt.unplanned.iter().map(|(drone, _)| *drone);
+        let mut again: Vec<DroneId> = unplanned.filter(|it| !is_settled(it)).collect();
         attempt.unplanned.retain(|(drone, _)| is_settled(drone));
         let departs_in_air = |drone: &&DroneId| {
             let index = drone.0 as usize;
-            attempt.paths[index].is_some() && !attempt.agents[index].forgiven.is_empty()
+            attempt.paths[index].is_some() && !attempt.agents[index].tolerated_drones.is_empty()
         };
         again.extend(self.group.iter().filter(departs_in_air));
         price(attempt, self.group, settled);
@@ -155,7 +156,7 @@ impl<'a> Repair<'a> {
                 attempt.costmap.judge(leg, &mut verdict);
                 verdict.is_allowed()
             };
-            if flown.iter().all(&mut is_free) && attempt.costmap.is_borne(&flown) {
+            if flown.iter().all(&mut is_free) && attempt.costmap.are_loads_within_budget(&flown) {
                 attempt.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
                 attempt.reserve(kept);
             } else {
@@ -171,10 +172,10 @@ impl<'a> Repair<'a> {
     }
 
     /// A drone may conflict with these when it departs.
-    pub(crate) fn forgive(&mut self, index: usize, others: Vec<DroneId>) {
+    pub(crate) fn tolerate(&mut self, index: usize, others: Vec<DroneId>) {
         let agent = &mut self.attempt.agents.to_mut()[index];
-        (agent.forgiven, agent.is_caught) = (others, true);
-        agent.forgiven_ticks = FORGIVEN_TICKS;
+        (agent.tolerated_drones, agent.is_stopped_in_conflict) = (others, true);
+        agent.tolerance_ticks = TOLERANCE_TICKS;
     }
 
     /// Every drone as it is searched for.
@@ -196,12 +197,12 @@ impl<'a> Repair<'a> {
     }
 
     /// Drones without a path, by index.
-    pub(crate) fn left_out(&self) -> Vec<(usize, FailureKind)> {
+    pub(crate) fn unplanned(&self) -> Vec<(usize, FailureKind)> {
         let unplanned = self.attempt.unplanned.iter();
         let unplanned = unplanned.filter(|(drone, _)| !self.settled.contains(drone));
-        let mut left_out: Vec<_> = unplanned.map(|&(it, why)| (it.0 as usize, why)).collect();
-        left_out.sort_unstable_by_key(|(index, _)| *index);
-        left_out
+        let mut unplanned: Vec<_> = unplanned.map(|&(it, why)| (it.0 as usize, why)).collect();
+        unplanned.sort_unstable_by_key(|(index, _)| *index);
+        unplanned
     }
 
     /// Until when each drone's flight is fixed.

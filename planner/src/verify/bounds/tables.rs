@@ -19,7 +19,7 @@ use crate::verify::extents::{FAINTEST_WAKE_MPS, Places};
 pub(super) type Highest = (f64, f64);
 
 /// Speeds over U_H at depths, on rings about an axis, at bearings.
-struct Samples {
+struct RingSamples {
     step_s_m: f64,
     radii_m: Vec<f64>,
     /// Between two bearings (rad).
@@ -30,7 +30,7 @@ struct Samples {
     speeds: Vec<f64>,
 }
 
-impl Samples {
+impl RingSamples {
     /// By depth, ring and bearing.
     fn speed(&self, s: usize, r: usize, b: usize) -> f64 {
         self.speeds[(s * self.radii_m.len() + r) * self.bearings + b % self.bearings]
@@ -139,7 +139,7 @@ impl NearTable {
 
     /// What is highest in a layer, by ring.
     fn layer(&self, layer: usize) -> Vec<Highest> {
-        let mut samples = Samples {
+        let mut samples = RingSamples {
             step_s_m: self.layer_m / FINE as f64,
             radii_m: (0..=RINGS).map(|r| r as f64 * self.ring_m).collect(),
             turn: FRAC_PI_4 / (NEAR_BEARINGS - 1) as f64,
@@ -353,7 +353,7 @@ impl Layer {
         let centre_m = [0, 1].map(|axis| 0.5 * (first_m[axis] + last_m[axis]));
         // From the bearing it leans to, along which a level cut is longest.
         let first = (last_m[1] - first_m[1]).atan2(last_m[0] - first_m[0]);
-        let mut samples = Samples {
+        let mut samples = RingSamples {
             step_s_m: (to_m - from_m) / steps as f64,
             radii_m: rings.iter().map(|ring| ring * spread_m).collect(),
             turn: TAU / BEARINGS as f64,

@@ -37,11 +37,11 @@ const REACH_STEPS: usize = 128;
 pub(crate) struct BoundedWake {
     /// The air that it bounds.
     pub(crate) wake: Wake,
-    bounds: Bounds,
+    bounds: WakeBounds,
 }
 
 #[derive(Clone, Debug)]
-enum Bounds {
+enum WakeBounds {
     Round {
         near: Arc<NearTable>,
         /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`], at any depth up to each
@@ -61,12 +61,12 @@ impl BoundedWake {
     /// keeps them.
     pub(crate) fn new(wake: Wake, deepest_m: f64) -> BoundedWake {
         let bounds = if wake.is_shaped() {
-            Bounds::Moved {
+            WakeBounds::Moved {
                 table: Arc::new(MovedTable::new(&wake, deepest_m)),
                 deepest_m,
             }
         } else {
-            Bounds::Round {
+            WakeBounds::Round {
                 near: Arc::new(NearTable::new(&wake)),
                 reach_m: reaches(&wake),
             }
@@ -78,15 +78,15 @@ impl BoundedWake {
     fn with_mass(&self, mass_kg: f64) -> BoundedWake {
         let wake = self.wake.with_mass(mass_kg);
         match &self.bounds {
-            Bounds::Round { near, .. } => BoundedWake {
-                bounds: Bounds::Round {
+            WakeBounds::Round { near, .. } => BoundedWake {
+                bounds: WakeBounds::Round {
                     near: Arc::clone(near),
                     reach_m: reaches(&wake),
                 },
                 wake,
             },
             // How far wind moves a jet depends on how heavy its drone is.
-            Bounds::Moved { deepest_m, .. } => BoundedWake::new(wake, *deepest_m),
+            WakeBounds::Moved { deepest_m, .. } => BoundedWake::new(wake, *deepest_m),
         }
     }
 
@@ -94,33 +94,33 @@ impl BoundedWake {
     pub(crate) fn climbing(&self, flown: &Flown, climb_mps: f64) -> BoundedWake {
         let bounds = self.bounds.clone();
         let wake = match bounds {
-            Bounds::Round { .. } => self.wake.clone(),
-            Bounds::Moved { .. } => flown.climbing(&self.wake, climb_mps),
+            WakeBounds::Round { .. } => self.wake.clone(),
+            WakeBounds::Moved { .. } => flown.climbing(&self.wake, climb_mps),
         };
         BoundedWake { wake, bounds }
     }
 
     /// Whether it need not be round, nor below its drone.
     pub(crate) fn is_moved(&self) -> bool {
-        matches!(self.bounds, Bounds::Moved { .. })
+        matches!(self.bounds, WakeBounds::Moved { .. })
     }
 
     /// What tables are multiplied with (m/s).
     fn unit_mps(&self) -> f64 {
         match self.bounds {
-            Bounds::Round { .. } => self.wake.induced_velocity_mps(),
-            Bounds::Moved { .. } => self.wake.gain() * self.wake.induced_velocity_mps(),
+            WakeBounds::Round { .. } => self.wake.induced_velocity_mps(),
+            WakeBounds::Moved { .. } => self.wake.gain() * self.wake.induced_velocity_mps(),
         }
     }
 
     /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`] anywhere down to a depth (m).
     pub(crate) fn reach_m(&self, depth_m: f64) -> f64 {
         match &self.bounds {
-            Bounds::Round { reach_m, .. } => {
+            WakeBounds::Round { reach_m, .. } => {
                 let step = depth_m / (REACH_STEP * self.wake.near_field_depth_m());
                 reach_m[(step.max(0.0) as usize).min(REACH_STEPS)]
             }
-            Bounds::Moved { table, .. } => {
+            WakeBounds::Moved { table, .. } => {
                 table.reach_m(FAINTEST_WAKE_MPS / self.unit_mps(), depth_m)
             }
         }
@@ -136,7 +136,7 @@ impl BoundedWake {
             near: None,
             middle: None,
         };
-        if let (false, Bounds::Round { near, .. }) = (passage.is_calm, &self.bounds) {
+        if let (false, WakeBounds::Round { near, .. }) = (passage.is_calm, &self.bounds) {
             let near_depth_m = self.wake.near_field_depth_m();
             // Where one field ends and the other begins both count.
             if depth_m.1 >= near_depth_m {
@@ -208,7 +208,7 @@ impl<'a> Passage<'a> {
     fn highest(&self, nearest_m: Vector2<f64>, places_m: &Places) -> (f64, f64) {
         let far_mps = (self.far.as_ref()).map_or(0.0, |far| far.highest_mps(nearest_m));
         let (speed, slope_per_m) = match (&self.bounded.bounds, &self.near) {
-            (Bounds::Moved { table, .. }, _) if !self.is_calm => table.highest(places_m),
+            (WakeBounds::Moved { table, .. }, _) if !self.is_calm => table.highest(places_m),
             (_, Some((near, layers))) => near.highest(layers.clone(), nearest_m.norm()),
             _ => return (far_mps, 0.0),
         };

@@ -20,7 +20,7 @@ use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::{Known, integrate, join};
 use crate::verify::time::subdivision::{Chord, above, maximise};
 use crate::verify::time::window::{Window, windows};
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default
 /// limit.
@@ -56,7 +56,7 @@ pub struct DroneExposure {
 
 /// A moment of the flight: window, time, value.
 #[derive(Clone, Copy)]
-struct Moment {
+struct WindowMoment {
     /// Index in the windows.
     window: usize,
     t_s: f64,
@@ -69,7 +69,7 @@ pub(crate) fn violations(
     scene: &Scene<'_>,
     (near, slices): (&[Encounter], &[Bounded<'_>]),
     receiver: &Flight,
-) -> Vec<Found> {
+) -> Vec<IndexedViolation> {
     if receiver.airborne_s.1 <= receiver.airborne_s.0 {
         return Vec::new();
     }
@@ -90,13 +90,13 @@ pub(crate) fn check(
     scene: &Scene<'_>,
     (near, slices): (&[Encounter], &[Bounded<'_>]),
     receiver: &Flight,
-) -> (Vec<Found>, DroneExposure) {
+) -> (Vec<IndexedViolation>, DroneExposure) {
     if receiver.airborne_s.1 <= receiver.airborne_s.0 {
         return (Vec::new(), DroneExposure::default());
     }
     let windows = windows(scene, near, receiver);
     let mut met = DroneExposure::default();
-    let mut seed: Option<Moment> = None;
+    let mut seed: Option<WindowMoment> = None;
     let mut own_energy_j = 0.0;
     for (index, window) in windows.iter().enumerate() {
         if window.span_s.1 > receiver.flight_end_s() {
@@ -111,7 +111,7 @@ pub(crate) fn check(
         let values = |t_s: f64| {
             let mean_mps = window.mean_mps(t_s);
             if seed.is_none_or(|known| mean_mps > known.mean_mps) {
-                seed = Some(Moment {
+                seed = Some(WindowMoment {
                     window: index,
                     t_s,
                     mean_mps,
@@ -203,7 +203,7 @@ pub(crate) fn exceeds(
             is_over = !parts.is_empty();
         }
     }
-    let seed = Moment {
+    let seed = WindowMoment {
         window: 0,
         t_s: 0.0,
         mean_mps: highest_mps,
@@ -262,14 +262,18 @@ pub(crate) fn at(
 }
 
 /// The emitter with the strongest wake at a moment.
-fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<String> {
+fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: WindowMoment) -> Option<String> {
     let from = windows[at.window].strongest(at.t_s)?;
     Some(scene.flights[from].name.clone())
 }
 
 /// The highest mean air over the windows, as far as they lie within a span, from what is known
 /// already.
-fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Option<Moment> {
+fn highest(
+    windows: &[Window<'_>],
+    seed: Option<WindowMoment>,
+    within_s: Span,
+) -> Option<WindowMoment> {
     let mut best = seed;
     for (most_mps, index) in by_most(windows, within_s) {
         let window = &windows[index];
@@ -288,7 +292,7 @@ fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Opti
         };
         maximise(window, chord, &mut here, &tolerance);
         if here.1 > before_mps {
-            best = Some(Moment {
+            best = Some(WindowMoment {
                 window: index,
                 t_s: here.0,
                 mean_mps: here.1,
@@ -302,9 +306,9 @@ fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Opti
 fn over_limit(
     scene: &Scene<'_>,
     (receiver, windows): (&Flight, &[Window<'_>]),
-    worst: Option<Moment>,
+    worst: Option<WindowMoment>,
     worst_air_mps: f64,
-) -> Vec<Found> {
+) -> Vec<IndexedViolation> {
     let flown = &scene.flown;
     let mut parts = Vec::new();
     for window in windows.iter().filter(|window| !window.is_calm()) {

@@ -9,10 +9,10 @@ use crate::plan::ViolationKind;
 use crate::verify::scene::Scene;
 use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::join;
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// Collisions of one flight with those after it.
-pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<IndexedViolation> {
     let one = &scene.flights[k];
     let mut found = Vec::new();
     // By drone and then by time: see `encounters`.

@@ -10,7 +10,7 @@ use crate::verify::extents::Span;
 use crate::verify::scene::{Attached, Flight, Scene};
 use crate::verify::time::spans::{SHORTEST_S, join};
 use crate::verify::time::window::{Passing, Window};
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// Paths this short are not divided where a top face may stop the wake (m), chosen here: as for
 /// bodies and solids.
@@ -18,7 +18,7 @@ pub(super) const SHORTEST_PATH_M: f64 = 1e-3;
 
 /// Spans in one emitter's column, and the moment nearest to its axis: window, time, distance.
 #[derive(Default)]
-struct Visit {
+struct ColumnVisit {
     /// In order of time (s).
     parts: Vec<Span>,
     /// Window, time (s) and distance from the axis (m).
@@ -26,8 +26,12 @@ struct Visit {
 }
 
 /// Stays of one receiver in the columns of others, each with the moment nearest to the axis.
-pub(super) fn check(scene: &Scene<'_>, receiver: &Flight, windows: &[Window<'_>]) -> Vec<Found> {
-    let mut visits: BTreeMap<usize, Visit> = BTreeMap::new();
+pub(super) fn check(
+    scene: &Scene<'_>,
+    receiver: &Flight,
+    windows: &[Window<'_>],
+) -> Vec<IndexedViolation> {
+    let mut visits: BTreeMap<usize, ColumnVisit> = BTreeMap::new();
     for (k, window) in windows.iter().enumerate() {
         for passing in &window.passing {
             let (wake, relative) = (&passing.emitter.wake.wake, &passing.relative);

@@ -19,7 +19,7 @@ use crate::verify::bounds::obstacles::{NamedSolid, Obstacles};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::extents::is_box;
 use crate::verify::scene::{Flight, Scene, Smooth};
-use crate::verify::violation::{Found, malformed};
+use crate::verify::violation::{IndexedViolation, malformed};
 
 /// Drones that stay are judged at rest for this long after the last time (s); any length would do.
 const REST_S: f64 = 1.0;
@@ -101,7 +101,7 @@ fn places(places_m: &[Point3<f64>]) -> Result<(), String> {
 }
 
 /// Reads a plan; `None` where nothing can be judged.
-pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
+pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<IndexedViolation>) {
     let mut found = Vec::new();
     let nowhere = (0.0, Point3::origin());
     let mut whole = |why: String| found.push(malformed((0, "plan"), why, nowhere));
@@ -189,17 +189,21 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         flights: Vec::with_capacity(plan.drones.len()),
     };
     for (index, drone) in plan.drones.iter().enumerate() {
-        let who = (index, drone.name.as_str());
+        let subject = (index, drone.name.as_str());
         let first_m = drone.trajectory.position_m.first().copied();
         let first_m = first_m.unwrap_or(Point3::origin());
         let unplanned = plan.is_unplanned(&drone.name);
         match flight(&scene, &mut cache, index, drone, unplanned) {
-            Ok((flight, doubts)) => {
+            Ok((flight, contradictions)) => {
                 let at = (flight.airborne_s.0.clamp(0.0, last_s), first_m);
-                found.extend(doubts.into_iter().map(|why| malformed(who, why, at)));
+                found.extend(
+                    contradictions
+                        .into_iter()
+                        .map(|why| malformed(subject, why, at)),
+                );
                 scene.flights.push(flight);
             }
-            Err(why) => found.push(malformed(who, why, (0.0, first_m))),
+            Err(why) => found.push(malformed(subject, why, (0.0, first_m))),
         }
     }
     (Some(scene), found)
@@ -346,24 +350,24 @@ fn flight(
             airborne_from_s -= before_s;
         }
     }
-    let mut doubts = airborne_doubts(scene, drone, &trajectory, unplanned);
-    let landed_s = match rests_doubt(scene, drone, &trajectory) {
+    let mut contradictions = airborne_contradictions(scene, drone, &trajectory, unplanned);
+    let landed_s = match rest_contradiction(scene, drone, &trajectory) {
         None => drone.landed_s.clone(),
         Some(wrong) => {
-            doubts.push(wrong);
+            contradictions.push(wrong);
             Vec::new()
         }
     };
     let bare_kg = airframe.mass_kg() * (1.0 - MASS_ROUNDING);
     if drone.trajectory.mass_kg.iter().any(|&it| it < bare_kg) {
-        doubts.push("it is lighter than its airframe".to_owned());
+        contradictions.push("it is lighter than its airframe".to_owned());
     }
     let density_kg_per_m3 = cache.density_kg_per_m3();
     let is_overloaded =
         |kg: &&f64| is_overloaded(&airframe, *kg * (1.0 - MASS_ROUNDING), density_kg_per_m3);
     if let Some(mass_kg) = drone.trajectory.mass_kg.iter().find(is_overloaded) {
         let [mass_kg, own_kg] = [*mass_kg, airframe.mass_kg()].map(as_typed);
-        doubts.push(format!(
+        contradictions.push(format!(
             "it weighs {mass_kg} kg, its airframe {own_kg} kg: none hovers at more than \
              {MOST_MASS_RATIO} times its mass, nor at an induced velocity above \
              {MOST_INDUCED_VELOCITY_MPS} m/s"
@@ -434,11 +438,15 @@ fn flight(
         slowest,
         trajectory,
     };
-    Ok((flight, doubts))
+    Ok((flight, contradictions))
 }
 
 /// Where a drone claims to stand landed between two flights and does not.
-fn rests_doubt(scene: &Scene<'_>, drone: &DronePlan, trajectory: &Trajectory) -> Option<String> {
+fn rest_contradiction(
+    scene: &Scene<'_>,
+    drone: &DronePlan,
+    trajectory: &Trajectory,
+) -> Option<String> {
     let (mut before_s, until_s) = (
         drone.airborne_s.0,
         drone.airborne_s.1.unwrap_or(f64::INFINITY),
@@ -470,13 +478,13 @@ fn rests_doubt(scene: &Scene<'_>, drone: &DronePlan, trajectory: &Trajectory) ->
 }
 
 /// Where a drone claims no wake although it has one.
-fn airborne_doubts(
+fn airborne_contradictions(
     scene: &Scene<'_>,
     drone: &DronePlan,
     trajectory: &Trajectory,
     unplanned: bool,
 ) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut contradictions = Vec::new();
     let moves_s = trajectory.moves_s();
     let from_s = drone.airborne_s.0;
     let until_s = drone.airborne_s.1.unwrap_or(f64::INFINITY);
@@ -490,20 +498,20 @@ fn airborne_doubts(
     };
     let rests = || rests_at(trajectory.last_m(), LANDING_M);
     if drone.at_start == AtStart::Landed && !rests_at(drone.trajectory.position_m[0], SUPPORT_M) {
-        doubts.push("it is said to start landed, but nothing is under it".to_owned());
+        contradictions.push("it is said to start landed, but nothing is under it".to_owned());
     }
     if until_s == from_s {
         let waits_landed = drone.at_start == AtStart::Landed && moves_s.is_none();
         let gone_at_once =
             drone.at_end != AtEnd::Hover && !unplanned && trajectory.last_s() <= SAME_TIME_S;
         if !(waits_landed || gone_at_once && (drone.at_end == AtEnd::Leave || rests())) {
-            doubts.push("it is said never to be airborne, but it is not landed".to_owned());
+            contradictions.push("it is said never to be airborne, but it is not landed".to_owned());
         }
-        return doubts;
+        return contradictions;
     }
     let enters_s = drone.enters_s.unwrap_or(0.0);
     if drone.at_start == AtStart::Hover && from_s > enters_s + SAME_TIME_S {
-        doubts.push(format!(
+        contradictions.push(format!(
             "it starts in the air but is said to be airborne from {from_s:.3} s only"
         ));
     }
@@ -511,7 +519,7 @@ fn airborne_doubts(
         first_s < from_s - SAME_TIME_S || last_s > until_s + SAME_TIME_S
     });
     if hidden {
-        doubts.push("it moves while it is said not to be airborne".to_owned());
+        contradictions.push("it moves while it is said not to be airborne".to_owned());
     }
     match if unplanned {
         AtEnd::Hover
@@ -519,27 +527,27 @@ fn airborne_doubts(
         drone.at_end
     } {
         AtEnd::Hover if until_s.is_finite() => {
-            doubts.push(format!(
+            contradictions.push(format!(
                 "it hovers at its end but is said to be airborne until {until_s:.3} s only"
             ));
         }
         // A drone that has landed may leave later.
         AtEnd::Leave if until_s.is_finite() && rests() => {}
         AtEnd::Land | AtEnd::Leave if until_s < trajectory.last_s() - SAME_TIME_S => {
-            doubts.push(format!(
+            contradictions.push(format!(
                 "it is said to be airborne until {until_s:.3} s only, before its last time"
             ));
         }
         AtEnd::Land | AtEnd::Leave if until_s.is_infinite() => {
             let last_s = trajectory.last_s();
-            doubts.push(format!(
+            contradictions.push(format!(
                 "it is said to be airborne for good, its trajectory ends at {last_s:.3} s"
             ));
         }
         AtEnd::Land if until_s.is_finite() && !rests() => {
-            doubts.push("it is said to have landed, but nothing is under it".to_owned());
+            contradictions.push("it is said to have landed, but nothing is under it".to_owned());
         }
         _ => {}
     }
-    doubts
+    contradictions
 }

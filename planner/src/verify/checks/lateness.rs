@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::contents;
-use super::shifted_air::{Emitter, Slice, Subdomain, exceeds, slices, within_reach_s};
+use super::shifted_air::{ShiftedEmitter, Slice, Subdomain, exceeds, slices, within_reach_s};
 use super::shifted_pairs::{Broken, Pair};
 use super::zone;
 use crate::plan::{Plan, ViolationKind, Zone, failed};
@@ -119,7 +119,7 @@ impl NearFlights<'_> {
             }
             for slice in &own {
                 // All others are ahead by the same.
-                let ahead = slice.met.iter().map(|&from| Emitter::new(from, 0));
+                let ahead = slice.met.iter().map(|&from| ShiftedEmitter::new(from, 0));
                 let shift_s = (from_s.min(known.late_s), known.late_s);
                 known.by_air(slice, ahead.collect(), shift_s, late);
             }
@@ -159,7 +159,7 @@ impl NearFlights<'_> {
         };
         let slices = self.slices[other].iter().zip(&self.bounds_mps[other]);
         for (slice, bound_mps) in slices.filter(|(it, _)| counts(it.span_s)) {
-            let behind = Emitter::new(k, 0);
+            let behind = ShiftedEmitter::new(k, 0);
             let shift_s = shift_s(known.late_s);
             let alone = part_of(slice, shift_s, Vec::new());
             let on_time_mps = *bound_mps.get_or_init(|| slice.bound_mps());
@@ -167,7 +167,7 @@ impl NearFlights<'_> {
                 continue;
             }
             let on_time = slice.met.iter().filter(|&&from| from != k);
-            let on_time = on_time.map(|&from| Emitter::new(from, 1));
+            let on_time = on_time.map(|&from| ShiftedEmitter::new(from, 1));
             let emitters = std::iter::once(behind).chain(on_time);
             known.by_air(slice, emitters.collect(), shift_s, receiver);
         }
@@ -204,7 +204,7 @@ fn sliced<'a>(
 }
 
 /// All of a slice with the first clock shifted, and the second on time.
-fn part_of(slice: &Slice<'_>, shift_s: Span, emitters: Vec<Emitter>) -> Subdomain {
+fn part_of(slice: &Slice<'_>, shift_s: Span, emitters: Vec<ShiftedEmitter>) -> Subdomain {
     Subdomain {
         span_s: slice.span_s,
         shifts_s: vec![shift_s, (0.0, 0.0)],
@@ -268,7 +268,7 @@ impl Lateness {
     fn by_air(
         &mut self,
         slice: &Slice<'_>,
-        emitters: Vec<Emitter>,
+        emitters: Vec<ShiftedEmitter>,
         shift_s: Span,
         receiver: &Flight,
     ) {

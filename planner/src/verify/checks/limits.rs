@@ -7,7 +7,7 @@ use crate::plan::ViolationKind;
 use crate::plan::trajectory::{Motion, SAME_PLACE_M, SAME_TIME_S};
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// Rounding of the times in the file, as a part of the highest speed.
 const SPEED_ROUNDING: f64 = 1e-6;
@@ -24,7 +24,7 @@ type Speed<'a> = (ViolationKind, Option<f64>, &'a dyn Fn(&Vector3<f64>) -> f64);
 
 /// Jumps, pieces that are too fast or leave the bounds, and pieces beside a pad that are not those
 /// of a take-off or a landing.
-pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<IndexedViolation> {
     let mut found = Vec::new();
     let mut report = |kind, span_s: Span, position_m: Point3<f64>, (value, limit): (f64, f64)| {
         let worst = Worst {

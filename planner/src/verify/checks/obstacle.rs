@@ -13,7 +13,7 @@ use crate::verify::bounds::obstacles::NamedSolid;
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Part, Scene};
 use crate::verify::time::spans::join;
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// How deep two bodies may sink into one another before it counts (m), chosen here: the files carry
 /// rounded numbers.
@@ -59,7 +59,7 @@ struct Inside<'a> {
 
 /// The spans during which the body is in a solid or in a zone that keeps bodies out, or nearer than
 /// the tracking margin, each with the deepest moment of all.
-pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<IndexedViolation> {
     let parts: Vec<Part> = flight.parts((f64::NEG_INFINITY, f64::INFINITY)).collect();
     let body_m = flight.body_radius_m - SINK_M;
     let off_m = body_m + scene.margins.tracking_m;
@@ -112,7 +112,7 @@ pub(crate) fn enters(scene: &Scene<'_>, flight: &Flight, zone: &Zone) -> bool {
 
 impl<'a> Rule<'a> {
     /// The spans during which the drone breaks it.
-    fn broken(&self, scene: &Scene<'_>, flight: &Flight, parts: &[Part]) -> Vec<Found> {
+    fn broken(&self, scene: &Scene<'_>, flight: &Flight, parts: &[Part]) -> Vec<IndexedViolation> {
         let mut inside = Inside {
             rule: Rule { ..*self },
             spans_s: Vec::new(),

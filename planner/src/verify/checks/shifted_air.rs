@@ -30,7 +30,7 @@ use crate::verify::scene::{Flight, Scene, level_gap_m, reaches, superpose};
 use crate::verify::time::advected::{Advected, COARSE_M, Emission};
 use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::between;
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// What cannot exceed the limit by more than this, over U_H, is not searched further, chosen here:
 /// twice what a violation takes, so that the search ends where the mean touches the limit.
@@ -56,10 +56,10 @@ const PARTS_LATE: usize = 20_000;
 
 /// Parts of one slice of time that are looked at where the air is only reported, chosen here: a few
 /// milliseconds of work.
-const PARTS_TOLD: usize = 4_000;
+const PARTS_REPORTED: usize = 4_000;
 /// What is not higher by this, over U_H, is not reported as higher, chosen here: below the
 /// hundredths that are printed.
-const TOLD_ALPHA: f64 = 2e-3;
+const REPORTED_ALPHA: f64 = 2e-3;
 /// Parts of one slice of time that are looked at for a bound, and how far it may be above what is
 /// found, over U_H: chosen here, a bound serves where the air is far below the limit.
 const PARTS_BOUNDED: usize = 1_000;
@@ -78,7 +78,7 @@ const JOINED_S: f64 = 0.1;
 
 /// A wake that may reach the receiver, and the shift of its drone's clock.
 #[derive(Clone, Copy)]
-pub(super) struct Emitter {
+pub(super) struct ShiftedEmitter {
     /// Index in the scene's flights.
     pub(super) from: usize,
     /// Index in the shifts of a part.
@@ -87,10 +87,10 @@ pub(super) struct Emitter {
     left_s: Span,
 }
 
-impl Emitter {
+impl ShiftedEmitter {
     /// All of its air.
-    pub(super) fn new(from: usize, clock: usize) -> Emitter {
-        Emitter {
+    pub(super) fn new(from: usize, clock: usize) -> ShiftedEmitter {
+        ShiftedEmitter {
             from,
             clock,
             left_s: (f64::NEG_INFINITY, f64::INFINITY),
@@ -123,12 +123,12 @@ pub(super) struct Subdomain {
     /// Least and greatest lag of all air: its delay over that at the centreline's speed.
     pub(super) lags: Span,
     /// Emitters that may count.
-    pub(super) emitters: Vec<Emitter>,
+    pub(super) emitters: Vec<ShiftedEmitter>,
 }
 
 /// One moment of every clock, and a lag.
 #[derive(Clone, Debug)]
-pub(super) struct Moment {
+pub(super) struct ClockMoment {
     /// The receiver's (s).
     pub(super) t_s: f64,
     /// Mean air over its discs, over its induced velocity.
@@ -146,7 +146,7 @@ pub(super) enum SubdomainVerdict {
     /// The limit holds throughout.
     Clear,
     /// It does not, at this moment; its halves may hold worse, or the same at a lesser shift.
-    Over(Moment, Option<[Subdomain; 2]>),
+    Over(ClockMoment, Option<[Subdomain; 2]>),
     /// Its halves have to be looked at.
     Open([Subdomain; 2]),
 }
@@ -172,7 +172,7 @@ impl Along {
         }
     }
 
-    fn of_s(self, moment: &Moment) -> f64 {
+    fn of_s(self, moment: &ClockMoment) -> f64 {
         match self {
             Along::Shift => {
                 let shift_s = moment.shifts_s.first().copied().flatten();
@@ -217,17 +217,17 @@ struct Passing<'a> {
 }
 
 /// Slices over the limit one after another.
-struct Run<'a> {
+struct SlicesOverLimit<'a> {
     /// With margins or without.
     kind: ViolationKind,
     /// The first and the last of them, each with a moment over the limit (s).
     first: (Slice<'a>, f64),
     last: (Slice<'a>, f64),
     /// Of all of them.
-    worst: Moment,
+    worst: ClockMoment,
 }
 
-impl Run<'_> {
+impl SlicesOverLimit<'_> {
     /// From its first to its last moment over the limit (s).
     fn span_s(&self, margin_s: f64) -> Span {
         let margin_s = match self.kind {
@@ -244,10 +244,14 @@ impl Run<'_> {
 
 /// Whether one receiver may exceed its limit when wakes are advected, or at some shift of the
 /// clocks within the margin, and when.
-pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flight) -> Vec<Found> {
+pub(crate) fn check(
+    scene: &Scene<'_>,
+    slices: Vec<Bounded<'_>>,
+    receiver: &Flight,
+) -> Vec<IndexedViolation> {
     let margin_s = 2.0 * scene.margins.time_s;
     let is_advected = scene.lags().1 > 0.0;
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<SlicesOverLimit> = Vec::new();
     for Bounded { slice, most_mps } in slices {
         if most_mps <= slice.exposed.cleared_mps() {
             continue;
@@ -273,7 +277,7 @@ pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flig
                     run.worst = worst;
                 }
             }
-            _ => runs.push(Run {
+            _ => runs.push(SlicesOverLimit {
                 kind,
                 first: here.clone(),
                 last: here,
@@ -283,7 +287,7 @@ pub(crate) fn check(scene: &Scene<'_>, slices: Vec<Bounded<'_>>, receiver: &Flig
     }
     let found = runs.into_iter().map(|run| {
         let span_s = run.span_s(margin_s);
-        let Run {
+        let SlicesOverLimit {
             kind,
             worst: moment,
             ..
@@ -326,13 +330,13 @@ pub(crate) fn bounded<'a>(
 }
 
 /// The highest mean air over a receiver's discs with every drone on time, over all lags of the air
-/// and the moments of a span (s), to [`TOLD_ALPHA`] and a few percent, as far as that is looked
+/// and the moments of a span (s), to [`REPORTED_ALPHA`] and a few percent, as far as that is looked
 /// for; `None`: none is found that is higher than that above what is known (m/s).
 pub(super) fn highest(
     slices: &[Bounded<'_>],
     within_s: Span,
     mut known_mps: f64,
-) -> Option<Moment> {
+) -> Option<ClockMoment> {
     // Where the bound is the highest is looked at first: it mostly settles the rest. Speeds are not
     // negative: their bits are in their order.
     let mut open = Queue::new();
@@ -345,12 +349,12 @@ pub(super) fn highest(
         }
     }
     let mut looked_at = vec![0; slices.len()];
-    let mut highest: Option<Moment> = None;
+    let mut highest: Option<ClockMoment> = None;
     while let Some((most, (index, part))) = open.pop() {
         let exposed = &slices[index].slice.exposed;
-        let known = exposed.alpha(known_mps) + TOLD_ALPHA;
+        let known = exposed.alpha(known_mps) + REPORTED_ALPHA;
         let is_settled = f64::from_bits(most) <= exposed.mean_mps(known * WORSE);
-        if is_settled || looked_at[index] == PARTS_TOLD {
+        if is_settled || looked_at[index] == PARTS_REPORTED {
             continue;
         }
         looked_at[index] += 1;
@@ -401,7 +405,7 @@ pub(super) fn within_reach_s(
             lags: scene.lags(),
             emitters: Vec::new(),
         };
-        let high_mps = exposed.rough_mps(&part, Emitter::new(from, 0));
+        let high_mps = exposed.rough_mps(&part, ShiftedEmitter::new(from, 0));
         (high_mps > FAINTEST_WAKE_MPS).then_some(part.span_s)
     });
     within.collect()
@@ -477,7 +481,7 @@ impl Slice<'_> {
             shifts_s: vec![(-margin_s, margin_s); self.met.len()],
             lags: self.lags(),
             emitters: emitters
-                .map(|(clock, &from)| Emitter::new(from, clock))
+                .map(|(clock, &from)| ShiftedEmitter::new(from, clock))
                 .collect(),
         }
     }
@@ -557,9 +561,9 @@ impl<'a> Exposed<'a> {
 
     /// The worst moment of a part at which the limit is exceeded, if there is one: to a few percent
     /// of it, as far as that is looked for.
-    fn over(&self, whole: Subdomain) -> Option<Moment> {
+    fn over(&self, whole: Subdomain) -> Option<ClockMoment> {
         let mut open = vec![whole];
-        let mut worst: Option<Moment> = None;
+        let mut worst: Option<ClockMoment> = None;
         for made in 0..MOST_PARTS {
             if worst.is_some() && made > PARTS_ONCE_VIOLATED {
                 return worst;
@@ -581,7 +585,7 @@ impl<'a> Exposed<'a> {
         worst.or_else(|| {
             let part = open.pop()?;
             let from = part.emitters.first()?.from;
-            Some(Moment {
+            Some(ClockMoment {
                 t_s: part.span_s.0,
                 alpha: self.receiver.air_limit + CLEARED_ALPHA,
                 mean_mps: self.mean_mps(self.receiver.air_limit + CLEARED_ALPHA),
@@ -699,7 +703,7 @@ impl<'a> Exposed<'a> {
 
     /// Whether the limit holds throughout a part, whatever else is there, of which there is at most
     /// so much (m/s): superposed, it and a wake are no more than both together.
-    pub(super) fn bears(&self, part: &Subdomain, emitter: Emitter, most_mps: f64) -> bool {
+    pub(super) fn bears(&self, part: &Subdomain, emitter: ShiftedEmitter, most_mps: f64) -> bool {
         let cleared_mps = self.cleared_mps();
         most_mps <= cleared_mps && most_mps + self.rough_mps(part, emitter) <= cleared_mps
     }
@@ -790,19 +794,19 @@ impl<'a> Exposed<'a> {
     }
 
     /// The wakes of an emitter that may reach the receiver in a part.
-    fn passing(&self, part: &Subdomain, emitter: Emitter) -> Vec<Passing<'a>> {
+    fn passing(&self, part: &Subdomain, emitter: ShiftedEmitter) -> Vec<Passing<'a>> {
         let mut passing = Vec::new();
         self.each(part, emitter, &mut |it| passing.push(it));
         passing
     }
 
     /// Hands on the wakes of an emitter that may reach the receiver in a part.
-    fn each(&self, part: &Subdomain, emitter: Emitter, told: &mut dyn FnMut(Passing<'a>)) {
+    fn each(&self, part: &Subdomain, emitter: ShiftedEmitter, report: &mut dyn FnMut(Passing<'a>)) {
         let (span_s, shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
         let theirs_s = (span_s.0 + shift_s.0, span_s.1 + shift_s.1);
         let obstacles = &self.scene.obstacles;
         if let Some(advected) = Advected::new(self.scene, emitter.from, part.lags) {
-            self.each_advected(part, (&advected, emitter), told);
+            self.each_advected(part, (&advected, emitter), report);
             return;
         }
         let flight = &self.scene.flights[emitter.from];
@@ -834,7 +838,7 @@ impl<'a> Exposed<'a> {
                     continue;
                 }
             }
-            told(self.passes(wake, None, moments, places_m));
+            report(self.passing_of(wake, None, moments, places_m));
         }
     }
 
@@ -842,8 +846,8 @@ impl<'a> Exposed<'a> {
     fn each_advected(
         &self,
         part: &Subdomain,
-        (advected, emitter): (&Advected<'a>, Emitter),
-        told: &mut dyn FnMut(Passing<'a>),
+        (advected, emitter): (&Advected<'a>, ShiftedEmitter),
+        report: &mut dyn FnMut(Passing<'a>),
     ) {
         let ((from_s, until_s), shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
         let mine = self.motion.during(from_s, until_s);
@@ -894,7 +898,7 @@ impl<'a> Exposed<'a> {
                     continue;
                 }
             }
-            told(self.passes(attached.wake, Some(it.span_s), moments, places_m));
+            report(self.passing_of(attached.wake, Some(it.span_s), moments, places_m));
         }
     }
 
@@ -906,7 +910,7 @@ impl<'a> Exposed<'a> {
     }
 
     /// One wake while the receiver is at some offsets from where its air left.
-    fn passes(
+    fn passing_of(
         &self,
         wake: &'a BoundedWake,
         left_s: Option<Span>,
@@ -929,7 +933,7 @@ impl<'a> Exposed<'a> {
     }
 
     /// An upper bound of one wake anywhere on the receiver's discs over a part (m/s).
-    fn rough_mps(&self, part: &Subdomain, emitter: Emitter) -> f64 {
+    fn rough_mps(&self, part: &Subdomain, emitter: ShiftedEmitter) -> f64 {
         let mut high_mps = 0.0_f64;
         self.each(part, emitter, &mut |it| {
             high_mps = high_mps.max(it.high_mps)
@@ -980,14 +984,19 @@ impl<'a> Exposed<'a> {
     /// A moment of every clock where the air may be the highest of a part: the middle of the
     /// receiver's time, the middle or an end of the lags, and, for each emitter, the end, the
     /// middle or the nearest approach that is the worst by itself.
-    fn worst_of(&self, part: &Subdomain, window_s: Span, passing: &[Vec<Passing<'a>>]) -> Moment {
+    fn worst_of(
+        &self,
+        part: &Subdomain,
+        window_s: Span,
+        passing: &[Vec<Passing<'a>>],
+    ) -> ClockMoment {
         let (low, high) = part.lags;
         let worst = self.worst_at(part, window_s, (passing, 0.5 * (low + high)));
         if low == high {
             return worst;
         }
         let ends = [low, high].map(|lag| self.worst_at(part, window_s, (passing, lag)));
-        let worse = |a: Moment, b: Moment| if b.alpha > a.alpha { b } else { a };
+        let worse = |a: ClockMoment, b: ClockMoment| if b.alpha > a.alpha { b } else { a };
         ends.into_iter().fold(worst, worse)
     }
 
@@ -997,7 +1006,7 @@ impl<'a> Exposed<'a> {
         part: &Subdomain,
         window_s: Span,
         (passing, lag): (&[Vec<Passing<'a>>], f64),
-    ) -> Moment {
+    ) -> ClockMoment {
         let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
         let earliest_s = 0.5 * (window_s.0.max(-self.together_s) + window_s.1.min(0.0));
         let place_m = Point3::from(self.motion.at_m(t_s));
@@ -1052,7 +1061,7 @@ impl<'a> Exposed<'a> {
             }
         }
         let mean_mps = self.mean_of_mps(&sources, place_m);
-        Moment {
+        ClockMoment {
             t_s,
             alpha: self.alpha(mean_mps),
             mean_mps,

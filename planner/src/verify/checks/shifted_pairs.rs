@@ -13,7 +13,7 @@ use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Flight, Part, Scene, level_gap_m};
 use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::join;
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// Resolution of a moment (s): chosen here.
 const MOMENT_S: f64 = 1e-3;
@@ -23,7 +23,7 @@ const STRAIGHT_M: f64 = 0.1 * TOUCH_M;
 
 /// The violations of two drones over a range of shifts.
 #[derive(Default)]
-struct Meeting {
+struct PairViolations {
     /// On the clock of the one (s).
     spans_s: Vec<Span>,
     /// The nearest of all, and what the gap or the distance from the axis must be (m).
@@ -32,7 +32,7 @@ struct Meeting {
 
 /// Bodies of one flight and those after it, and both in one another's columns, at any shift of the
 /// clocks within the margins.
-pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<IndexedViolation> {
     let margin_s = 2.0 * scene.margins.time_s;
     if margin_s <= 0.0 && scene.margins.tracking_m <= 0.0 {
         return Vec::new();
@@ -56,11 +56,19 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Foun
         if same[0].other > k {
             let bodies = pair.meeting(same, &Pair::bodies);
             let sum_m = one.body_radius_m + other.body_radius_m;
-            found.extend(pair.told(bodies, ViolationKind::CollisionMargin, (sum_m, TOUCH_M)));
+            found.extend(pair.violations_of(
+                bodies,
+                ViolationKind::CollisionMargin,
+                (sum_m, TOUCH_M),
+            ));
         }
         if margin_s > 0.0 {
             let below = pair.meeting(same, &Pair::column);
-            found.extend(pair.told(below, ViolationKind::ColumnMargin, (0.0, SAME_PLACE_M)));
+            found.extend(pair.violations_of(
+                below,
+                ViolationKind::ColumnMargin,
+                (0.0, SAME_PLACE_M),
+            ));
         }
     }
     found
@@ -163,7 +171,7 @@ impl<'a> Pair<'a> {
         &self,
         near: &[Encounter],
         rule: Rule<'_, 'a>,
-        told: &mut dyn FnMut(Broken),
+        report: &mut dyn FnMut(Broken),
     ) {
         for &Encounter { span_s, .. } in near {
             let theirs_s = (span_s.0 + self.shift_s.0, span_s.1 + self.shift_s.1);
@@ -175,7 +183,7 @@ impl<'a> Pair<'a> {
                         && part.motion.from_s <= until_s + self.shift_s.1
                 };
                 for part in theirs.iter().filter(meet) {
-                    self.broken_parts(&mine, part, rule, told);
+                    self.broken_parts(&mine, part, rule, report);
                 }
             }
         }
@@ -188,29 +196,29 @@ impl<'a> Pair<'a> {
         mine: &Part,
         theirs: &Part,
         rule: Rule<'_, 'a>,
-        told: &mut dyn FnMut(Broken),
+        report: &mut dyn FnMut(Broken),
     ) {
         let Some(broken) = rule(self, mine, theirs) else {
             return;
         };
         if broken.moments.off_m() <= STRAIGHT_M {
-            return told(broken);
+            return report(broken);
         }
         let off_m = |it: &Part| it.motion.off_chord_m(it.motion.from_s, it.motion.until_s);
         let halves = |it: &Part| it.motion.halves().map(|motion| Part { motion, ..*it });
         if off_m(mine) >= off_m(theirs) {
             for half in halves(mine) {
-                self.broken_parts(&half, theirs, rule, told);
+                self.broken_parts(&half, theirs, rule, report);
             }
         } else {
             for half in halves(theirs) {
-                self.broken_parts(mine, &half, rule, told);
+                self.broken_parts(mine, &half, rule, report);
             }
         }
     }
 
-    fn meeting(&self, near: &[Encounter], rule: Rule<'_, 'a>) -> Meeting {
-        let mut meeting = Meeting::default();
+    fn meeting(&self, near: &[Encounter], rule: Rule<'_, 'a>) -> PairViolations {
+        let mut meeting = PairViolations::default();
         self.broken(near, rule, &mut |broken| {
             let nearest = broken.nearest();
             meeting.spans_s.push(broken.span_s());
@@ -307,12 +315,12 @@ impl<'a> Pair<'a> {
 
     /// A meeting as violations; values are less both bodies, for gaps, and limits without what is
     /// allowed for rounding (m).
-    fn told(
+    fn violations_of(
         &self,
-        meeting: Meeting,
+        meeting: PairViolations,
         kind: ViolationKind,
         (bodies_m, rounding_m): (f64, f64),
-    ) -> Vec<Found> {
+    ) -> Vec<IndexedViolation> {
         let Some((nearest, least_m)) = meeting.nearest else {
             return Vec::new();
         };
@@ -322,7 +330,7 @@ impl<'a> Pair<'a> {
         spans_s
             .into_iter()
             .for_each(|span_s| join(&mut parts_s, span_s));
-        let told = parts_s.into_iter().map(|span_s| {
+        let found = parts_s.into_iter().map(|span_s| {
             let worst = Worst {
                 with: Some(self.other.name.clone()),
                 position_m: self.one.position_m(nearest.t_s),
@@ -333,7 +341,7 @@ impl<'a> Pair<'a> {
             violation.shift_s = Some(nearest.other_s - nearest.t_s);
             (index, violation)
         });
-        told.collect()
+        found.collect()
     }
 }
 

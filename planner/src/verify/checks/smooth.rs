@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::Motion;
 use crate::verify::scene::{Flight, Scene, Smooth};
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// Velocities this near are one (m/s): chosen here, what a place that is a micrometre off changes
 /// over a millisecond.
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-3;
 
 /// Jumps of velocity and acceleration, motion before the first and after the last point, and pieces
 /// beyond the limits.
-pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<IndexedViolation> {
     let Some(Smooth {
         acceleration_mps2,
         jerk_mps3,

@@ -21,7 +21,7 @@ use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
 use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches, superpose};
 use crate::verify::time::advected::Advected;
 use crate::verify::time::spans::{between, join};
-use crate::verify::violation::{Found, Worst};
+use crate::verify::violation::{IndexedViolation, Worst};
 
 /// A zone is violated above this part of its limit, chosen here.
 pub(crate) const VIOLATED: f64 = 1.005;
@@ -30,7 +30,7 @@ pub(crate) const VIOLATED: f64 = 1.005;
 const CLEARED: f64 = 1.0075;
 /// Steps in which the air is no more than this above the highest known are left, where it is only
 /// reported: with [`CLEARED`] 3 %, chosen here.
-const TOLD: f64 = 1.02;
+const REPORTED_SHARE: f64 = 1.02;
 /// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
 /// is reported to one step.
 const STEP_PATH_M: f64 = 0.1;
@@ -59,11 +59,11 @@ const FEWEST_PARTS: usize = 32;
 pub(crate) const SLIGHTEST_MPS: f64 = 0.1;
 /// Parts searched in one step where the air is only reported, chosen here: about a millisecond, as
 /// many as once the limit is broken.
-const PARTS_TOLD: usize = PARTS_ONCE_VIOLATED;
+const PARTS_REPORTED: usize = PARTS_ONCE_VIOLATED;
 /// Parts searched for one zone in all where the air is only reported, and in a step once they are
 /// used up, chosen here: a second or two of work.
-const PARTS_TOLD_IN_ALL: usize = 1_000_000;
-const FEWEST_PARTS_TOLD: usize = 4;
+const PARTS_REPORTED_IN_ALL: usize = 1_000_000;
+const FEWEST_PARTS_REPORTED: usize = 4;
 /// Parts searched for one zone over all delays of all flights before what is left counts as too
 /// strong after [`FEWEST_PARTS`] a step, chosen here: some seconds of work.
 const MOST_PARTS_LATE: usize = 1_500_000;
@@ -73,7 +73,7 @@ const LATE_STEP_S: f64 = 0.1;
 const MOST_STEPS: f64 = 100_000.0;
 /// Steps where the air is only reported, chosen here: half an hour of flight at 1 m/s, and in all a
 /// second or two of work; of longer flights they are longer.
-const MOST_STEPS_TOLD: f64 = 20_000.0;
+const MOST_STEPS_REPORTED: f64 = 20_000.0;
 /// So many wakes that bring the most to a part are looked at in its middle before all are, chosen
 /// here: few count at one place.
 const FOREMOST: usize = 6;
@@ -170,7 +170,7 @@ impl Downwash<'_> {
 
 /// How much is asked about the limit of a zone.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Asked {
+pub(crate) enum ZoneQuestion {
     /// All spans over it.
     Spans,
     /// The first span over it, or that may be.
@@ -179,7 +179,7 @@ pub(crate) enum Asked {
 
 /// The spans over the limit of a zone: on time, or else with every drone early or late by the time
 /// margin, each by itself.
-pub(crate) fn check(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, zone: &Zone, asked: ZoneQuestion) -> Vec<IndexedViolation> {
     let Some(air_limit_mps) = zone.air_limit_mps else {
         return Vec::new();
     };
@@ -201,7 +201,7 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> 
 }
 
 /// The spans over the limit of a zone with every drone on time.
-fn on_time(scene: &Scene<'_>, zone: &Zone, asked: Asked) -> Vec<Found> {
+fn on_time(scene: &Scene<'_>, zone: &Zone, asked: ZoneQuestion) -> Vec<IndexedViolation> {
     let Some(air_limit_mps) = zone.air_limit_mps else {
         return Vec::new();
     };
@@ -218,7 +218,7 @@ pub(crate) fn least_delay_s(
     from: usize,
     (up_to_s, fine_s): (f64, f64),
 ) -> Option<f64> {
-    let mut late = Late::new(scene, zone, from, up_to_s)?;
+    let mut late = LateFlightAir::new(scene, zone, from, up_to_s)?;
     let mut from_s = 0.0;
     while from_s < up_to_s {
         let until_s = (from_s + LATE_STEP_S).min(up_to_s);
@@ -239,7 +239,7 @@ pub(crate) fn least_delay_s(
 }
 
 /// The air of a zone with one flight late.
-struct Late<'a> {
+struct LateFlightAir<'a> {
     scene: &'a Scene<'a>,
     /// First the wakes on time, those of the late flight after them.
     air: ZoneAir<'a>,
@@ -253,9 +253,14 @@ struct Late<'a> {
     left: usize,
 }
 
-impl<'a> Late<'a> {
+impl<'a> LateFlightAir<'a> {
     /// `None`: the flight brings nothing to the zone while others do, or the zone has no limit.
-    fn new(scene: &'a Scene<'_>, zone: &Zone, from: usize, up_to_s: f64) -> Option<Late<'a>> {
+    fn new(
+        scene: &'a Scene<'_>,
+        zone: &Zone,
+        from: usize,
+        up_to_s: f64,
+    ) -> Option<LateFlightAir<'a>> {
         let limit_mps = zone.air_limit_mps? - scene.flown.return_flow_mps;
         let mut air = ZoneAir::new(scene, zone);
         let own = air.downwash.iter().filter(|it| it.from() == from);
@@ -267,7 +272,7 @@ impl<'a> Late<'a> {
         };
         air.downwash.retain(meets);
         let on_time = air.downwash.len();
-        (on_time > 0).then(|| Late {
+        (on_time > 0).then(|| LateFlightAir {
             scene,
             air,
             on_time,
@@ -288,7 +293,7 @@ impl<'a> Late<'a> {
         let is_late = |it: &&&Downwash<'_>| matches!(it, Downwash::Shifted(_));
         let mut is_over = false;
         self.air
-            .walk(MOST_STEPS_TOLD, &mut |here, span_s, is_step| {
+            .walk(MOST_STEPS_REPORTED, &mut |here, span_s, is_step| {
                 let late = here.all.iter().filter(is_late).count();
                 if late == 0 || late == here.all.len() && !here.has_faint() {
                     return ControlFlow::Continue(None);
@@ -320,7 +325,7 @@ impl<'a> Late<'a> {
 pub(crate) const ALWAYS_S: Span = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// The highest air of a zone as far as few parts of each step show it.
-pub(crate) struct Told {
+pub(crate) struct ZoneAirBounds {
     /// The highest found (m/s), when (s), and the flight with the strongest wake in it (an index);
     /// `None`: none above [`SLIGHTEST_MPS`].
     pub(crate) worst: Option<(f64, f64, usize)>,
@@ -331,17 +336,22 @@ pub(crate) struct Told {
 /// The highest air of a zone, while steps meet a span of time (s); `is_kept`: its limit is known to
 /// hold. Always the span of time with the highest bound is divided, until none can have more than
 /// what was found.
-pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool, during_s: Span) -> Told {
+pub(crate) fn worst(
+    scene: &Scene<'_>,
+    zone: &Zone,
+    is_kept: bool,
+    during_s: Span,
+) -> ZoneAirBounds {
     let air = ZoneAir::new(scene, zone);
     let (field, places_m) = (&air.field, &air.places_m);
     let mut worst: Option<(Peak, usize)> = None;
-    let mut left = PARTS_TOLD_IN_ALL;
+    let mut left = PARTS_REPORTED_IN_ALL;
     let mut at_most_mps = if air.downwash.is_empty() {
         0.0
     } else {
         FAINTEST_WAKE_MPS
     };
-    let mut new: Vec<Stretch<'_, '_>> = (air.spans(MOST_STEPS_TOLD).into_iter())
+    let mut new: Vec<Stretch<'_, '_>> = (air.spans(MOST_STEPS_REPORTED).into_iter())
         .map(|(steps, here)| Stretch {
             steps,
             between: (0, steps.count),
@@ -353,7 +363,7 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool, during_s: Spa
     let mut open: BinaryHeap<(u64, Reverse<usize>)> = BinaryHeap::new();
     loop {
         let found_mps = worst.map_or(0.0, |(peak, _)| peak.air_mps);
-        let known_mps = (TOLD * found_mps).max(SLIGHTEST_MPS / CLEARED);
+        let known_mps = (REPORTED_SHARE * found_mps).max(SLIGHTEST_MPS / CLEARED);
         for it in new.drain(..) {
             let span_s = it.steps.span_of_s(it.between);
             if span_s.1 < during_s.0 || during_s.1 < span_s.0 {
@@ -391,7 +401,7 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool, during_s: Spa
         let above = Above {
             limit_mps: known_mps,
             known_mps: found_mps.max(SLIGHTEST_MPS / CLEARED),
-            most_parts: (left / air.cost).clamp(FEWEST_PARTS_TOLD, PARTS_TOLD),
+            most_parts: (left / air.cost).clamp(FEWEST_PARTS_REPORTED, PARTS_REPORTED),
             once_violated: PARTS_ONCE_VIOLATED,
             is_decided: false,
         };
@@ -407,7 +417,7 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool, during_s: Spa
     let worst = worst.map(|(peak, from)| (peak.air_mps + return_flow_mps, peak.t_s, from));
     let limit_mps = zone.air_limit_mps.filter(|_| is_kept);
     let kept_mps = limit_mps.map_or(f64::INFINITY, |limit_mps| CLEARED * limit_mps);
-    Told {
+    ZoneAirBounds {
         worst,
         at_most_mps: match at_most_mps > 0.0 {
             true => (at_most_mps + return_flow_mps).min(kept_mps),
@@ -419,13 +429,13 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool, during_s: Spa
 /// The highest air of a zone over its limit with every drone on time (m/s); `None`: it is kept.
 pub(crate) fn worst_over_limit_mps(scene: &Scene<'_>, zone: &Zone) -> Option<f64> {
     let limit_mps = zone.air_limit_mps?;
-    let Told { worst, at_most_mps } = worst(scene, zone, false, ALWAYS_S);
+    let ZoneAirBounds { worst, at_most_mps } = worst(scene, zone, false, ALWAYS_S);
     let worst_mps = worst.map_or(0.0, |(air_mps, _, _)| air_mps);
     if worst_mps > VIOLATED * limit_mps {
         return Some(worst_mps);
     }
     // In between a closer search decides.
-    let found = || on_time(scene, zone, Asked::IsKept);
+    let found = || on_time(scene, zone, ZoneQuestion::IsKept);
     let found = (at_most_mps > limit_mps).then(found)?;
     found.first().map(|(_, violation)| violation.value)
 }
@@ -434,15 +444,15 @@ pub(crate) fn worst_over_limit_mps(scene: &Scene<'_>, zone: &Zone) -> Option<f64
 fn over_limit(
     scene: &Scene<'_>,
     air: &ZoneAir<'_>,
-    (air_limit_mps, asked): (f64, Asked),
+    (air_limit_mps, asked): (f64, ZoneQuestion),
     kind: ViolationKind,
-) -> Vec<Found> {
+) -> Vec<IndexedViolation> {
     let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     let mut left = match asked {
-        Asked::Spans => MOST_PARTS_IN_ALL,
-        Asked::IsKept => MOST_PARTS_ASKED,
+        ZoneQuestion::Spans => MOST_PARTS_IN_ALL,
+        ZoneQuestion::IsKept => MOST_PARTS_ASKED,
     };
     air.walk(MOST_STEPS, &mut |here, span_s, is_step| {
         if !is_step {
@@ -472,8 +482,8 @@ fn over_limit(
             *known = (peak, from);
         }
         match asked {
-            Asked::Spans => ControlFlow::Continue(None),
-            Asked::IsKept => ControlFlow::Break(()),
+            ZoneQuestion::Spans => ControlFlow::Continue(None),
+            ZoneQuestion::IsKept => ControlFlow::Break(()),
         }
     });
     let found = parts.into_iter().zip(worst).map(|(span_s, (peak, from))| {
@@ -527,7 +537,7 @@ impl<'a> ZoneAir<'a> {
 
     /// Spans of time with the wakes that are there, in order, each in steps short enough for every
     /// drone, as far as there are no more than so many.
-    fn spans<'d>(&'d self, most: f64) -> Vec<(Steps, Together<'d, 'a>)> {
+    fn spans<'d>(&'d self, most: f64) -> Vec<(SpanSteps, Together<'d, 'a>)> {
         let spans_s: Vec<Span> = self.downwash.iter().map(Downwash::span_s).collect();
         let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
         let mut cuts_s: Vec<f64> = cuts_s.collect();
@@ -546,7 +556,7 @@ impl<'a> ZoneAir<'a> {
         let step_m = STEP_PATH_M.max(paths_m.sum::<f64>() / most);
         let in_steps = |(span_s, here): (Span, Vec<&'d Downwash<'a>>)| {
             let count = (path_m(span_s, &here) / step_m).ceil().max(1.0) as u64;
-            (Steps { span_s, count }, Together::new(here))
+            (SpanSteps { span_s, count }, Together::new(here))
         };
         let in_steps = between.into_iter().map(in_steps);
         in_steps.filter(|(_, it)| !it.all.is_empty()).collect()
@@ -554,7 +564,7 @@ impl<'a> ZoneAir<'a> {
 
     /// Shows these spans, and wherever one has to be divided, its halves, down to steps, in order
     /// of time, with the wakes that count there.
-    fn walk<'d>(&'d self, most: f64, visit: Visit<'_, 'd, 'a>) {
+    fn walk<'d>(&'d self, most: f64, visit: SpanVisitor<'_, 'd, 'a>) {
         for (steps, here) in self.spans(most) {
             if steps.walk(&here, (0, steps.count), visit).is_break() {
                 return;
@@ -566,7 +576,7 @@ impl<'a> ZoneAir<'a> {
 /// Some of the steps of one of [`ZoneAir::spans`], with the wakes that count there.
 struct Stretch<'d, 'a> {
     /// All of that span.
-    steps: Steps,
+    steps: SpanSteps,
     /// From which step until which.
     between: (u64, u64),
     /// What counts in what it is a part of, and once it is bounded in itself.
@@ -576,7 +586,7 @@ struct Stretch<'d, 'a> {
 /// What is done with the wakes that are there during a span of time, and whether that is a step,
 /// which is not divided: those that count in its halves, where these are to be shown; a break ends
 /// it.
-type Visit<'v, 'd, 'a> =
+type SpanVisitor<'v, 'd, 'a> =
     &'v mut dyn FnMut(&Together<'d, 'a>, Span, bool) -> ControlFlow<(), Option<Together<'d, 'a>>>;
 
 /// The wakes that count during a span of time, and what those do that are too faint to be looked
@@ -634,12 +644,12 @@ impl<'d, 'a> Together<'d, 'a> {
 
 /// A span of time, in steps.
 #[derive(Clone, Copy)]
-struct Steps {
+struct SpanSteps {
     span_s: Span,
     count: u64,
 }
 
-impl Steps {
+impl SpanSteps {
     /// The span of time of some of the steps (s).
     fn span_of_s(&self, (from, until): (u64, u64)) -> Span {
         let at_s = |step: u64| match step == self.count {
@@ -657,7 +667,7 @@ impl Steps {
         &self,
         here: &Together<'d, 'a>,
         (from, until): (u64, u64),
-        visit: Visit<'_, 'd, 'a>,
+        visit: SpanVisitor<'_, 'd, 'a>,
     ) -> ControlFlow<()> {
         let is_step = until - from == 1;
         let halves = visit(here, self.span_of_s((from, until)), is_step)?;
@@ -827,7 +837,7 @@ struct Above {
 }
 
 /// What was found in a step.
-struct Search {
+struct ZoneSearch {
     /// The highest air, if it violates the limit.
     peak: Option<Peak>,
     /// No air is faster (m/s), but what is known, and within parts of a centimetre.
@@ -1124,11 +1134,11 @@ impl Field<'_> {
         places_m: &Places,
         span_s: Span,
         above: Above,
-    ) -> Search {
+    ) -> ZoneSearch {
         let limit_mps = above.limit_mps;
         let (high_mps, here) = self.divided(here, places_m, span_s, limit_mps);
         let Some(here) = here else {
-            return Search {
+            return ZoneSearch {
                 peak: None,
                 at_most_mps: high_mps,
                 parts: 0,
@@ -1227,7 +1237,7 @@ impl Field<'_> {
                 parts.push(half);
             }
         }
-        Search {
+        ZoneSearch {
             peak: best.filter(|peak| peak.air_mps > VIOLATED * limit_mps),
             at_most_mps: best.map_or(open_mps, |peak| peak.air_mps.max(open_mps)),
             parts: parts.len() - 1 + looked,

@@ -47,13 +47,13 @@ pub(crate) fn encounters_of(
     if !asked.contains(&true) {
         return near;
     }
-    let mut meet = |((a, b), from_s): Open, until_s: f64| {
+    let mut meet = |((a, b), from_s): OpenEncounter, until_s: f64| {
         let span_s = (from_s, until_s);
         let [a, b] = [a, b].map(|it| it as usize);
         near[a].push(Encounter { other: b, span_s });
         near[b].push(Encounter { other: a, span_s });
     };
-    let mut open: Vec<Open> = Vec::new();
+    let mut open: Vec<OpenEncounter> = Vec::new();
     for spans_s in spans_s.chunks(SLABS_AT_A_TIME) {
         let pairs: Vec<Vec<(u32, u32)>> = (spans_s.par_iter())
             .map(|&(from_s, until_s)| {
@@ -112,7 +112,7 @@ pub(in crate::verify) fn slabs(scene: &Scene<'_>) -> Vec<Span> {
 const SLABS_AT_A_TIME: usize = 8;
 
 /// A pair that is near since a time (s).
-type Open = ((u32, u32), f64);
+type OpenEncounter = ((u32, u32), f64);
 
 /// How far the air of each flight reaches: beyond, it is too faint to count, at any of its masses.
 struct Reach {

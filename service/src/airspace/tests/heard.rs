@@ -191,7 +191,7 @@ fn of_two_hand_overs_at_once_that_exclude_one_another_one_is_flown() {
 }
 
 #[test]
-fn who_gives_way_flies_what_it_has_flown_so_far() {
+fn a_drone_that_is_replanned_flies_what_it_has_flown_so_far() {
     let mut area = planner(&PAIR, "a0-0", [1.5, 1.5, 2.5]);
     assert_eq!(area.ask(0.0, retask("a0-0-0", [4.5, 14.5, 2.5])), Ok(true));
     let before = area.running.plan().clone();
@@ -568,7 +568,7 @@ fn a_drone_is_heard_again_wherever_it_may_have_flown_meanwhile() {
 }
 
 #[test]
-fn who_has_promised_a_drone_hears_the_planner_that_has_it_from_the_one_that_took_it() {
+fn a_planner_that_has_promised_a_drone_hears_the_one_that_has_it_from_the_one_that_took_it() {
     let here = [14.5, 14.5, 2.5];
     let mut area = planner(&SQUARE, "a0-0", here);
     area.offer("a1-0", offer("a0-0-0", &[])).unwrap();

@@ -315,7 +315,7 @@ fn every_verdict_but_none_prints_its_advice_and_a_runner_up_gains_something() {
 }
 
 #[test]
-fn no_share_of_nothing_is_told_and_no_side_where_errors_have_none() {
+fn no_share_of_nothing_is_reported_and_no_side_where_errors_have_none() {
     holds(|_, text| !["inf", "NaN", " 0.0 %"].iter().any(|no| text.contains(no)));
     holds(|finding, text| finding.region.mean_error != 0.0 || !text.contains("in the mean"));
 }
@@ -371,7 +371,7 @@ fn errors_are_printed_with_the_gain_and_the_offset_that_they_contain() {
 }
 
 #[test]
-fn what_a_shape_leaves_is_told_as_what_names_leave() {
+fn what_a_shape_leaves_is_reported_as_what_names_leave() {
     holds(|finding, text| {
         let still = text.contains("are still");
         text.contains("WHAT REMAINS") && (!still || is_unquiet(finding))

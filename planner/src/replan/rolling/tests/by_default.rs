@@ -189,7 +189,7 @@ fn a_drone_that_is_taken_out_of_a_pad_or_fails_there_has_landed_on_it() {
 }
 
 #[test]
-fn those_in_whose_way_one_stops_that_is_gone_give_way_or_cannot() {
+fn drones_blocked_by_one_that_fails_are_replanned_or_refused() {
     let flown = flown(include_str!("../../../../../scenarios/circle-16.ron"));
     let mut ways_out = 0;
     for (at_s, k) in [3.7, 4.3, 4.7]
@@ -233,7 +233,7 @@ fn what_a_drone_has_flown_stays_to_the_byte_when_it_is_taken_out_or_sent_elsewhe
 }
 
 #[test]
-fn a_drone_that_cannot_do_what_it_is_told_goes_on_with_what_it_had() {
+fn a_drone_that_cannot_do_its_new_tasks_goes_on_with_its_former_ones() {
     let flown = flown(
         r#"Scenario(name: "two", bounds_m: (min: (0, 0, 0), max: (24, 16, 7)),
           zones: [(name: "desk", min_m: (1, 12, 0), max_m: (5, 15, 2), air_limit_mps: 1.5)],

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_drone_in_the_way_gives_way() {
+fn a_blocking_drone_is_displaced() {
     // `b` does not wait: its goal is where `a` is told to hover for a while.
     let (world, plan) = planned(
         r#"Scenario(name: "corridor", bounds_m: (min: (0, 0, 0), max: (24, 5, 3)),
@@ -33,7 +33,7 @@ fn a_drone_in_the_way_gives_way() {
 }
 
 #[test]
-fn a_drone_that_comes_where_another_will_end_is_told_from_when_on() {
+fn a_drone_that_comes_where_another_will_end_is_refused_with_from_when_on() {
     let (world, plan) = planned(
         r#"Scenario(name: "line", bounds_m: (min: (0, 0, 0), max: (24, 5, 3)),
           drones: [(name: "a", airframe: "kolibri", start_m: (2.5, 2.5, 1.5), tasks: [(to_m: (12.5, 2.5, 1.5))])])"#,
@@ -56,7 +56,7 @@ fn a_drone_that_comes_where_another_will_end_is_told_from_when_on() {
 }
 
 #[test]
-fn a_late_drone_that_is_in_conflict_already_is_told_of() {
+fn a_late_drone_that_is_in_conflict_already_is_reported() {
     // `b` follows `a` at a distance; `a` stops, and `b` is in its body before it can stop.
     let (world, plan) = planned(
         r#"Scenario(name: "behind", bounds_m: (min: (0, 0, 0), max: (24, 1, 1)),
@@ -396,7 +396,7 @@ fn a_world_or_a_plan_that_is_not_in_order_is_refused() {
 
 /// One that comes and finds no path leaves nothing behind, though its load made the costmap anew.
 #[test]
-fn a_drone_that_is_turned_away_is_in_the_way_of_none() {
+fn a_drone_that_is_turned_away_blocks_no_other() {
     let (world, plan) = planned(
         r#"Scenario(name: "blind alley", bounds_m: (min: (0, 0, 0), max: (24, 1, 1)),
           obstacles: [(name: "wall", min_m: (20, 0, 0), max_m: (20.5, 1, 1))],

@@ -11,9 +11,9 @@ use super::relative::Relative;
 /// closed forms.
 const GROWTH: f64 = 1e-9;
 
-/// What hangs below a drone.
+/// A section of the wake below a drone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hung {
+pub struct WakeSection {
     /// Where; depths of what lies above are negative.
     pub section: Section,
     /// It counts without delay alone, as the near-field column does.
@@ -45,18 +45,18 @@ impl ConvectiveDelay for QuasiStatic {
 
 /// A ball, and convex sections above and below it.
 #[derive(Clone, Debug)]
-pub struct KeepOut {
+pub struct ConflictVolume {
     body_radius: f64,
-    hung: Vec<Hung>,
+    wake_sections: Vec<WakeSection>,
 }
 
-impl KeepOut {
+impl ConflictVolume {
     /// From the distance between two centres at which bodies touch, and what hangs below each of
     /// the two (m).
     ///
     /// `below` holds what the other's wake keeps from the drone, `above` what the drone's own wake
     /// keeps from the other.
-    pub fn new(body_radius: f64, below: &[Hung], above: &[Hung]) -> Self {
+    pub fn new(body_radius: f64, below: &[WakeSection], above: &[WakeSection]) -> Self {
         let grown = |section: Section| Section {
             from_radius_m: section.from_radius_m + GROWTH,
             to_radius_m: section.to_radius_m + GROWTH,
@@ -70,14 +70,19 @@ impl KeepOut {
         };
         Self {
             body_radius: body_radius + GROWTH,
-            hung: Vec::new(),
+            wake_sections: Vec::new(),
         }
         .with(below, false, grown)
         .with(above, true, |section| grown(mirrored(section)))
     }
 
-    fn with(mut self, more: &[Hung], is_above: bool, changed: impl Fn(Section) -> Section) -> Self {
-        self.hung.extend(more.iter().map(|it| Hung {
+    fn with(
+        mut self,
+        more: &[WakeSection],
+        is_above: bool,
+        changed: impl Fn(Section) -> Section,
+    ) -> Self {
+        self.wake_sections.extend(more.iter().map(|it| WakeSection {
             section: changed(it.section),
             is_above,
             ..*it
@@ -87,7 +92,7 @@ impl KeepOut {
 
     /// The same with its sections changed.
     fn mapped(mut self, change: impl Fn(Section) -> Section) -> Self {
-        for it in &mut self.hung {
+        for it in &mut self.wake_sections {
             it.section = change(it.section);
         }
         self
@@ -110,9 +115,9 @@ impl KeepOut {
         self.body_radius
     }
 
-    /// What hangs below either.
-    pub fn hung(&self) -> &[Hung] {
-        &self.hung
+    /// Sections of the wake below either.
+    pub fn wake_sections(&self) -> &[WakeSection] {
+        &self.wake_sections
     }
 
     /// Its largest radius between two depths, and 0 if it does not reach them.
@@ -142,8 +147,8 @@ impl KeepOut {
         let depths = relative.depths();
         let near = (depths[0] < self.body_radius && depths[1] > -self.body_radius)
             .then(|| relative.delays_near(self.body_radius));
-        let met = self.met(relative, late).map(|(_, delays)| delays);
-        let all = near.flatten().into_iter().chain(met);
+        let entered = self.entered(relative, late).map(|(_, delays)| delays);
+        let all = near.flatten().into_iter().chain(entered);
         all.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
 
@@ -154,19 +159,19 @@ impl KeepOut {
         late: &impl ConvectiveDelay,
     ) -> [Option<[f64; 2]>; 2] {
         [false, true].map(|is_above| {
-            let met = self.met(relative, late);
-            let met = met.filter(|(it, _)| !it.is_quasi_static && it.is_above == is_above);
-            let delays = met.map(|(_, delays)| delays);
+            let entered = self.entered(relative, late);
+            let entered = entered.filter(|(it, _)| !it.is_quasi_static && it.is_above == is_above);
+            let delays = entered.map(|(_, delays)| delays);
             delays.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
         })
     }
 
     /// What is met of what hangs below either, and with which delays.
-    fn met<'a>(
+    fn entered<'a>(
         &'a self,
         relative: &'a Relative,
         late: &'a impl ConvectiveDelay,
-    ) -> impl Iterator<Item = (&'a Hung, [f64; 2])> {
+    ) -> impl Iterator<Item = (&'a WakeSection, [f64; 2])> {
         let depths = relative.depths();
         let nearest = relative.nearest([0.0; 2]);
         self.reached(depths)
@@ -179,8 +184,8 @@ impl KeepOut {
     }
 
     /// What a range of depths enters. At the height of the rotors themselves there is no air.
-    fn reached(&self, [shallow, deep]: [f64; 2]) -> impl Iterator<Item = &Hung> {
-        self.hung.iter().filter(move |it| {
+    fn reached(&self, [shallow, deep]: [f64; 2]) -> impl Iterator<Item = &WakeSection> {
+        self.wake_sections.iter().filter(move |it| {
             let section = &it.section;
             let is_level = section.from_depth_m == 0.0 && deep <= 0.0
                 || section.to_depth_m == 0.0 && shallow >= 0.0;
@@ -189,7 +194,7 @@ impl KeepOut {
     }
 }
 
-impl Hung {
+impl WakeSection {
     /// How long its air outlasts the mover, and the reference, down to the deepest of some depths
     /// that are in it.
     pub fn lasts(&self, [shallow, deep]: [f64; 2], late: &impl ConvectiveDelay) -> [f64; 2] {

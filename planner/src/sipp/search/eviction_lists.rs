@@ -1,17 +1,17 @@
-//! Drones met by the states of a search: lists with shared beginnings.
+//! Drones evicted by the states of a search: lists with shared beginnings.
 
 use costmap::leg::DroneId;
 
 /// All lists; each is known by its last entry, 0 is the empty one.
-pub(super) struct Met {
+pub(super) struct EvictionLists {
     /// Each drone with the index of the entry before it.
     entries: Vec<(DroneId, u32)>,
 }
 
-impl Met {
+impl EvictionLists {
     /// The empty list alone.
-    pub(super) fn new() -> Met {
-        Met {
+    pub(super) fn new() -> EvictionLists {
+        EvictionLists {
             entries: vec![(DroneId(u32::MAX), 0)],
         }
     }
