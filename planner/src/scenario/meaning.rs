@@ -151,8 +151,8 @@ pub(super) fn world(
         // Of an unknown airframe nothing says how high it rests.
         let is_point = world.drones[found.drone].vehicle.body_radius_m == 0.0;
         let rests = matches!(found.why, Misfit::Unsupported { .. });
-        let is_told = is_out && of_formations.iter().any(|it| it.span == span);
-        if !is_told && !(is_point && rests) && (found.spot != Spot::Start || source.has_start) {
+        let is_told = is_point && rests || is_out && of_formations.iter().any(|it| it.span == span);
+        if !is_told && (found.spot != Spot::Start || source.has_start) {
             let words = found.words(&world);
             problems.push(Problem { span, ..words });
         }
