@@ -33,6 +33,12 @@ struct AirMember<'a> {
     reach_m: f64,
     /// Longest delay of its air (s).
     lag_s: f64,
+    /// Its different kinds.
+    different: Vec<usize>,
+    /// Its highest place (m).
+    top_m: f64,
+    /// No faster than this (m/s).
+    speed_mps: f64,
     leaves_s: Option<f64>,
 }
 
@@ -97,16 +103,28 @@ impl<'a> AirOfPlan<'a> {
                     far.transport_time_s(depth_m, factor)
                 })
             };
-            let reach_of =
-                |kind: &usize| kinds[*kind].reach_m + lag_of(kind) * drone.airframe.max_speed_mps;
+            let speed_mps = drone.trajectory.highest_speed_mps();
+            let reach_of = |kind: &usize| kinds[*kind].reach_m + lag_of(kind) * speed_mps;
             let reach_m = kinds_of.iter().map(reach_of).fold(0.0, f64::max);
             let lag_s = kinds_of.iter().map(lag_of).fold(0.0, f64::max);
+            let mut different = kinds_of.clone();
+            different.sort_unstable();
+            different.dedup();
+            let path = &drone.trajectory;
+            // A curve is no higher than its control points.
+            let places_m = path
+                .position_m
+                .iter()
+                .chain(path.control_m.iter().flatten());
             members.push(AirMember {
                 drone,
                 airframe,
                 kinds: kinds_of,
                 reach_m,
                 lag_s,
+                different,
+                speed_mps,
+                top_m: places_m.map(|it| it.z).fold(f64::NEG_INFINITY, f64::max),
                 leaves_s: plan.leaves_s(drone),
             });
         }
@@ -234,9 +252,9 @@ impl<'a> AirOfPlan<'a> {
                     .iter()
                     .take_while(|it| it.0.x <= place_m.x + widest_m + tips_m);
                 let near: Vec<(usize, Point3<f64>, Wake, f64)> = near
-                    .filter(|&&(other_m, reach_m, other)| {
+                    .filter(|&&(other_m, _, other)| {
                         let level_m = (other_m.xy() - place_m.xy()).norm();
-                        other != index && level_m <= reach_m + tips_m
+                        other != index && level_m <= self.reach_down_m(other, place_m.z) + tips_m
                     })
                     .filter_map(|&(_, _, other)| {
                         let (from_m, wake, ends_z_m) = self.leaves(other, sample.t_s, place_m.z)?;
@@ -315,6 +333,23 @@ impl<'a> AirOfPlan<'a> {
     /// How far from where a drone is now its air may count (m), level.
     pub(crate) fn reach_m(&self, drone: usize) -> f64 {
         self.members[drone].reach_m
+    }
+
+    /// The same at a height (m); below nothing where the drone never is above it.
+    fn reach_down_m(&self, drone: usize, z_m: f64) -> f64 {
+        let member = &self.members[drone];
+        let depth_m = member.top_m - z_m;
+        if depth_m <= 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        let reaches_m = member.different.iter().map(|&kind| {
+            let SharedWake { wake, reach_m } = &self.kinds[kind];
+            let lag_s = (self.convection).map_or(0.0, |factor| {
+                wake.far_field().transport_time_s(depth_m, factor)
+            });
+            reach_m + lag_s * member.speed_mps
+        });
+        reaches_m.fold(0.0, f64::max)
     }
 
     /// Where the air was made that is at a height (m) at a time (s), the wake that it is of, and

@@ -733,6 +733,12 @@ impl TrajectoryEntry {
         motions.flat_map(ends).fold(0.0, f64::max)
     }
 
+    /// An upper bound of its speed (m/s).
+    pub fn highest_speed_mps(&self) -> f64 {
+        let motions = (0..self.t_s.len()).filter_map(|piece| self.motion(piece));
+        motions.map(|it| it.max_speed_mps()).fold(0.0, f64::max)
+    }
+
     /// Whether it has curved pieces.
     pub fn is_smooth(&self) -> bool {
         !self.control_m.is_empty()

@@ -42,6 +42,10 @@ const GAP_S: f64 = 1.0;
 /// below 2e9, in milliseconds above 1e12.
 const LATEST_S: f64 = 1e11;
 
+/// What is flown faster is a mistake in a row (m/s): chosen here, just below what plans from
+/// anywhere may state.
+const FASTEST_MPS: f64 = 999.0;
+
 /// The columns of a table of samples.
 const COLUMNS: [&str; 5] = ["t_s", "drone", "x_m", "y_m", "z_m"];
 
@@ -169,15 +173,24 @@ pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
             continue;
         };
         let known = samples.of.entry(name.to_owned()).or_default();
+        let position_m = Point3::new(x, y, z);
         if let Some(Sample { t_s: last_s, .. }) = known.last().filter(|last| last.t_s >= t_s) {
             let [t_s, last_s] = [t_s, *last_s].map(as_typed);
             let what = format!("`{name}` is at {t_s} s after it was at {last_s} s");
             faults.add(line, what);
             continue;
         }
+        let flown_mps = known.last().map_or(0.0, |last| {
+            (position_m - last.position_m).norm() / (t_s - last.t_s)
+        });
+        if flown_mps > FASTEST_MPS {
+            let what = format!("`{name}` is flown at {flown_mps:.0} m/s, at most {FASTEST_MPS}");
+            faults.add(line, what);
+            continue;
+        }
         known.push(Sample {
             t_s,
-            position_m: Point3::new(x, y, z),
+            position_m,
             mass_kg,
         });
     }

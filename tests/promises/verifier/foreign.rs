@@ -557,6 +557,14 @@ fn what_is_wrong_with_a_log_is_reported_with_its_line() {
         "{}",
         told(rows, FLEET)
     );
+    let leaps = told(
+        "t_s,drone,x_m,y_m,z_m\n0,a,1,1,1\n0.05,a,51,1,1\n0.1,a,1,1,1\n",
+        FLEET,
+    );
+    assert!(
+        leaps.contains("line 3: `a` is flown at 1000 m/s"),
+        "{leaps}"
+    );
     let several = "t_s,drone,x_m,y_m,z_m\n0,a,1,x,y\n1,a,1,1\n2,a,1,x,1\n";
     let told_all = told(several, FLEET);
     for what in [

@@ -62,8 +62,9 @@ pub(crate) fn encounters_of(
                 let since_s = apart.0 - scene.longest_lag_s;
                 let since = (since_s, apart.1);
                 let mut pairs = pairs_during(&scene.flights, &asked, since, &reach);
-                if scene.longest_lag_s > 0.0 {
-                    pairs.retain(|pair| meet_advected(scene, *pair, apart, &reach));
+                if scene.longest_lag_s > 0.0 && !pairs.is_empty() {
+                    let slab = Slab::new(scene, apart, &pairs);
+                    pairs.retain(|pair| meet_advected(scene, *pair, &slab, &reach));
                 }
                 pairs
             })
@@ -177,27 +178,59 @@ fn pairs_during(
     pairs
 }
 
-/// Whether two flights may touch in a span of time (s), or air that left no longer ago than its
-/// delay down to the other may reach it.
-fn meet_advected(
-    scene: &Scene<'_>,
-    (a, b): (u32, u32),
-    (from_s, until_s): Span,
-    reach: &Reach,
-) -> bool {
+/// Where the flights of some pairs are in a span of time.
+struct Slab {
+    /// From, until (s).
+    span_s: Span,
+    /// Of each flight the places in it (m).
+    there_m: Vec<Option<Places>>,
+    /// Of each flight its highest place in it or since the longest delay of all air before (m).
+    top_m: Vec<Option<f64>>,
+}
+
+impl Slab {
+    fn new(scene: &Scene<'_>, span_s: Span, pairs: &[(u32, u32)]) -> Slab {
+        let (from_s, until_s) = span_s;
+        let since_s = from_s - scene.longest_lag_s;
+        let mut is_near = vec![false; scene.flights.len()];
+        for &(a, b) in pairs {
+            is_near[a as usize] = true;
+            is_near[b as usize] = true;
+        }
+        let box_m = |from_s: f64| -> Vec<Option<Places>> {
+            let flights = scene.flights.iter().zip(&is_near);
+            let of_one = |(flight, near): (&Flight, &bool)| {
+                let places_m = near.then(|| flight.trajectory.box_m(from_s, until_s));
+                places_m.flatten()
+            };
+            flights.map(of_one).collect()
+        };
+        let since_m = box_m(since_s).into_iter();
+        Slab {
+            span_s,
+            there_m: box_m(from_s),
+            top_m: since_m.map(|it| it.map(|it| it.1.z)).collect(),
+        }
+    }
+}
+
+/// Whether two flights may touch in a span of time, or air that left no longer ago than its delay
+/// down to the other may reach it.
+fn meet_advected(scene: &Scene<'_>, (a, b): (u32, u32), slab: &Slab, reach: &Reach) -> bool {
     let flights = &scene.flights;
     let [a, b] = [a, b].map(|it| it as usize);
+    let (from_s, until_s) = slab.span_s;
     let place = |k: usize, late_s: f64| {
         let places_m = flights[k].trajectory.box_m(from_s - late_s, until_s);
         places_m.map(|it| (k, it))
     };
     let longest_lag = scene.lags().1;
     let reaches = |from: usize, to: usize| {
-        let places = (place(from, scene.longest_lag_s), place(to, 0.0));
-        let (Some((_, from_m)), Some(below)) = places else {
+        let (Some(top_m), Some(there_m)) = (slab.top_m[from], slab.there_m[to]) else {
             return false;
         };
-        let depth_m = from_m.1.z - below.1.0.z;
+        let below = (to, there_m);
+        let depth_m = top_m - below.1.0.z;
         let lags_s = reach.wakes[from].iter().map(|wake| {
             let far = wake.wake.far_field();
             longest_lag * far.transport_time_s(depth_m, 1.0)
