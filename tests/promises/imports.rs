@@ -321,6 +321,20 @@ fn json_in(zip: &[u8], name: &str) -> Value {
 }
 
 #[test]
+fn a_drone_of_a_show_without_a_name_is_called_by_its_place() {
+    let desk = tempfile::tempdir().unwrap();
+    let trajectory = json!({"version": 1, "points": [[0, [0, 0, 2], []], [4, [3, 0, 2], []]]});
+    let drone = json!({"settings": {"name": " ", "trajectory": trajectory}});
+    let index = json!({"version": 1, "swarm": {"drones": [drone]}});
+    let show = zip(&[("show.json", index)]);
+    fs::write(desk.path().join("a.skyc"), show).unwrap();
+    let line = "check a.skyc --airframe crazyflie-2.1 --out o";
+    let (code, text, errors) = run(desk.path(), line);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(text.contains("`drone-1`"), "{text}");
+}
+
+#[test]
 fn what_a_show_says_beside_its_trajectories_is_kept_or_reported_as_lost() {
     let desk = tempfile::tempdir().unwrap();
     let folder = desk.path();

@@ -710,7 +710,7 @@ const failed = data.violation_count;
 $('status').textContent = failed ? `${data.status}: ${failed} violation${failed === 1 ? '' : 's'}` : data.status;
 $('status').classList.toggle('bad', data.status !== 'safe');
 $('facts').textContent = `${fleet} drones, ${size.map(it => Number(it.toFixed(1))).join(' \u00d7 ')} m, ${number(end)} s` + (data.convection ? ', advected wakes' : ', quasi-static wakes') + `, margins ${number(data.margins.time_s, 2)} s and ${number(data.margins.tracking_m, 2)} m`;
-$('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>' + (data.drones.some(it => it.stops.some(stop => stop[2] === 'stop')) ? 'stops' : 'dwells') + '<i style="background:var(--ground)"></i>on the ground<i style="background:color-mix(in srgb,var(--card) 45%,var(--fly))"></i>flies on when done<br>air over its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';
+$('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>' + (data.drones.some(it => it.stops.some(stop => stop[2] === 'stop')) ? 'stops' : 'dwells') + '<i style="background:var(--ground)"></i>on the ground<i style="background:color-mix(in srgb,var(--card) 45%,var(--fly))"></i>in the air when done<br>air over its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';
 $('names').setAttribute('aria-pressed', showNames);
 if (matchMedia('(prefers-color-scheme: dark)').matches) document.documentElement.classList.add('dark');
 paint();

@@ -196,7 +196,8 @@ fn performer(
     });
     match errors.is_empty() {
         true => Ok(Performer {
-            name: name.unwrap_or_else(|| format!("drone-{}", k + 1)),
+            name: (name.filter(|it| !it.trim().is_empty()))
+                .unwrap_or_else(|| format!("drone-{}", k + 1)),
             flown,
             lights,
             home_m: home.map(Point3::from),
