@@ -308,42 +308,16 @@ mod tests {
         );
     }
 
-    /// What stays for a task of one second, and for the end, where an immovable drone comes to stay
-    /// from a moment on.
-    fn beside_one_that_comes(began: u32, goals: &str) -> GoalOccupancyCosts {
+    /// What stays for these tasks, and for the end, in a place with such zones, where an immovable
+    /// drone comes to hover at a place (m) from a moment on.
+    fn beside_one_that_comes(
+        (zones, at_m): (&str, Point3<f64>),
+        began: u32,
+        tasks: &str,
+    ) -> GoalOccupancyCosts {
         let text = format!(
-            r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), drones: [
-                (name: "a", airframe: "kolibri", start_m: (0.5, 0.5, 1.5), tasks: [{goals}]),
-                (name: "b", airframe: "kolibri", start_m: (8.5, 8.5, 1.5), tasks: [])])"#
-        );
-        let world = read_world(&text).expect("in order");
-        let job = prepare(&world, &Passages::of(&world), &|| false);
-        let mut costmap = job.costmap(&world, 2);
-        costmap.insert(vec![Leg {
-            start: Tick(began),
-            ..job.agents[1].hover(Point3::new(4.5, 4.5, 1.5), job.agents[1].kinds[0])
-        }]);
-        let setting = SearchSetting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
-        GoalOccupancyCosts::new(&setting, &job.agents[0])
-    }
-
-    #[test]
-    fn a_task_may_be_over_before_one_comes_that_stays_and_the_end_may_not() {
-        let there = "(to_m: (4.5, 4.5, 1.5), dwell_s: 1)";
-        let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
-        assert_eq!(beside_one_that_comes(3_000, &on).never, None);
-        let met = |costs: GoalOccupancyCosts| costs.never.map(|(drone, _, _)| drone);
-        assert_eq!(met(beside_one_that_comes(50, &on)), Some(DroneId(1)));
-        assert_eq!(met(beside_one_that_comes(3_000, there)), Some(DroneId(1)));
-    }
-
-    /// What stays in a zone that holds one drone alone, where an immovable drone comes to stay
-    /// beside it from a moment on.
-    fn in_one_zone_with_one_that_comes(began: u32, tasks: &str) -> GoalOccupancyCosts {
-        let text = format!(
-            r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), zones: [
-                (name: "desk", min_m: (3, 3, 0), max_m: (6, 6, 0.5), air_limit_mps: 7)],
-                drones: [
+            r#"Scenario(name: "hall", bounds_m: (min: (0, 0, 0), max: (9, 9, 3)),
+                zones: [{zones}], drones: [
                 (name: "a", airframe: "kolibri", start_m: (0.5, 0.5, 1.5), tasks: [{tasks}]),
                 (name: "b", airframe: "kolibri", start_m: (8.5, 8.5, 1.5), tasks: [])])"#
         );
@@ -352,21 +326,31 @@ mod tests {
         let mut costmap = job.costmap(&world, 2);
         costmap.insert(vec![Leg {
             start: Tick(began),
-            ..job.agents[1].hover(Point3::new(3.5, 3.5, 1.5), job.agents[1].kinds[0])
+            ..job.agents[1].hover(at_m, job.agents[1].kinds[0])
         }]);
         let setting = SearchSetting::judged(&job.roadmap, &costmap, &[500, IMMOVABLE], &|| false);
         GoalOccupancyCosts::new(&setting, &job.agents[0])
     }
 
     #[test]
-    fn a_task_in_a_zone_may_be_over_before_another_comes_into_it() {
-        let there = "(to_m: (5.5, 5.5, 1.5), dwell_s: 1)";
-        let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
-        assert_eq!(in_one_zone_with_one_that_comes(3_000, &on).never, None);
-        let met = |costs: GoalOccupancyCosts| costs.never.map(|(drone, why, _)| (drone, why));
-        let by_zone = Some((DroneId(1), Why::Zone));
-        assert_eq!(met(in_one_zone_with_one_that_comes(50, &on)), by_zone);
-        assert_eq!(met(in_one_zone_with_one_that_comes(3_000, there)), by_zone);
+    fn a_task_may_be_over_before_one_comes_that_stays_and_the_end_may_not() {
+        // The second in a zone that holds the air of one of them alone.
+        let zone = r#"(name: "desk", min_m: (3, 3, 0), max_m: (6, 6, 0.5), air_limit_mps: 7)"#;
+        for (zones, at_m, by) in [
+            ("", Point3::new(5.5, 5.5, 1.5), Why::Bodies),
+            (zone, Point3::new(3.5, 3.5, 1.5), Why::Zone),
+        ] {
+            let there = "(to_m: (5.5, 5.5, 1.5), dwell_s: 1)";
+            let on = format!("{there}, (to_m: (0.5, 8.5, 1.5))");
+            let never = |began: u32, tasks: &str| {
+                let costs = beside_one_that_comes((zones, at_m), began, tasks);
+                costs.never.map(|(drone, why, _)| (drone, why))
+            };
+            let blocked = Some((DroneId(1), by));
+            assert_eq!(never(3_000, &on), None);
+            assert_eq!(never(50, &on), blocked);
+            assert_eq!(never(3_000, there), blocked);
+        }
     }
 
     #[test]
