@@ -99,7 +99,15 @@ impl NearFlights<'_> {
         let (scene, near) = (self.scene, self.near);
         let late = &scene.flights[k];
         let others: Vec<&[Encounter]> = near[k].chunk_by(|a, b| a.other == b.other).collect();
-        let own = slices(scene, &near[k], late, f64::INFINITY);
+        let mut own = slices(scene, &near[k], late, f64::INFINITY);
+        // What no delay up to the latest brings about need not be asked for each.
+        own.retain(|slice| {
+            let ahead = slice.met.iter().map(|&from| ShiftedEmitter::new(from, 0));
+            let whole = part_of(slice, (0.0, LATEST_S), ahead.collect());
+            slice.exposed.may_be_over(&whole)
+        });
+        let below = others.iter().map(|same| same[0].other);
+        let below: Vec<usize> = below.filter(|other| self.may_reach(k, *other)).collect();
         let mut known = Lateness {
             late_s: 0.0,
             breaks: None,
@@ -123,11 +131,11 @@ impl NearFlights<'_> {
                 let shift_s = (from_s.min(known.late_s), known.late_s);
                 known.by_air(slice, ahead.collect(), shift_s, late);
             }
-            for same in &others {
+            for other in &below {
                 if known.late_s <= 0.0 {
                     return known;
                 }
-                self.below(k, same[0].other, from_s, &mut known);
+                self.below(k, *other, from_s, &mut known);
             }
             if known.breaks.is_some() {
                 break;
@@ -137,6 +145,14 @@ impl NearFlights<'_> {
             known.by_zone(scene, zone, k);
         }
         known
+    }
+
+    /// Whether the air of a flight that is late may matter to another.
+    fn may_reach(&self, k: usize, other: usize) -> bool {
+        let (scene, receiver) = (self.scene, &self.scene.flights[other]);
+        let late = (k, (-LATEST_S, 0.0));
+        let together = with(self.near, other, k);
+        self.is_over[other] || !within_reach_s(scene, receiver, together, late).is_empty()
     }
 
     /// The air of another flight with this one late by as much and more (s), all others on time.

@@ -941,6 +941,11 @@ impl<'a> Exposed<'a> {
         high_mps
     }
 
+    /// Whether the limit may be exceeded somewhere in a part, by a bound of each wake.
+    pub(super) fn may_be_over(&self, part: &Subdomain) -> bool {
+        self.rough_of_all_mps(part) > self.cleared_mps()
+    }
+
     /// An upper bound of all wakes anywhere on the receiver's discs over a part (m/s).
     fn rough_of_all_mps(&self, part: &Subdomain) -> f64 {
         let of_one = part.emitters.iter().map(|it| self.rough_mps(part, *it));
