@@ -498,7 +498,7 @@ impl Costmap {
     /// The most that all wakes fill of a planned leg's budget at any moment of a time, each looked
     /// at, in millionths.
     fn summed(&self, item: &Item, time: &Range<Tick>) -> u64 {
-        let all_incoming = self.timeline.all_incoming(item, || {
+        let all_incoming = item.all_incoming.get_or_init(|| {
             let near = self.near(&item.leg).into_iter();
             let incoming = near.filter_map(|other| {
                 let ends = [item.wake_end_z_m, other.wake_end_z_m];

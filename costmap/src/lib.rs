@@ -3,8 +3,8 @@
 //!
 //! The jets of `airflow` say how fast the air moves at a point. A planner asks other questions: may
 //! this leg be flown at all, and what does the air along it cost? This crate answers them with
-//! bodies that parry can query and with bounds that add up. Every approximation is outward: a
-//! volume may be larger than the air it stands for, never smaller.
+//! volumes in closed form, which tests hold against parry, and with bounds that add up. Every
+//! approximation is outward: a volume may be larger than the air it stands for, never smaller.
 //!
 //! In reading order:
 //!

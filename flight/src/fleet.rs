@@ -118,7 +118,7 @@ impl Boxed {
 /// A whole plan.
 #[derive(Debug)]
 pub(crate) struct SimulatedFleet {
-    pub(crate) simulated_drones: Vec<SimulatedDrone>,
+    pub(crate) drones: Vec<SimulatedDrone>,
     pub(crate) superposition: Superposition,
     pub(crate) flown: Flown,
     pub(crate) surfaces: BlockingSurfaces,
@@ -160,7 +160,7 @@ impl SimulatedFleet {
         let solids = solids.map(|it| Boxed::new(it, true));
         let solids = solids.chain(keep_out.map(|it| Boxed::new(NamedSolid::of_zone(it), false)));
         let mut fleet = SimulatedFleet {
-            simulated_drones: Vec::with_capacity(plan.drones.len()),
+            drones: Vec::with_capacity(plan.drones.len()),
             superposition,
             flown,
             surfaces: planner::blocking_surfaces(plan),
@@ -176,7 +176,7 @@ impl SimulatedFleet {
                 what,
             })?;
             fleet.last_s = fleet.last_s.max(simulated.course.last_s);
-            fleet.simulated_drones.push(simulated);
+            fleet.drones.push(simulated);
         }
         Ok(fleet)
     }
@@ -216,7 +216,7 @@ impl SimulatedFleet {
         }
         let course = ReferencePath::new(plan, drone)?;
         let alike = self
-            .simulated_drones
+            .drones
             .iter()
             .find(|it| *it.wake.airframe() == airframe);
         let (wake, dynamics) = match alike {

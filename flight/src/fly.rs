@@ -144,7 +144,7 @@ pub fn fly(
     let fleet = SimulatedFleet::new(plan, setup)?;
     let until_s = options.until_s.unwrap_or(f64::INFINITY);
     let until_s = until_s.min(fleet.last_s + TAIL_S);
-    let drones = fleet.simulated_drones.len();
+    let drones = fleet.drones.len();
     let lasts_s = until_s + SETTLE_S;
     if lasts_s * drones as f64 > MOST_DRONE_SECONDS {
         return Err(FlyError::TooLong {
@@ -209,8 +209,8 @@ pub fn fly(
     let most_air_first = most_air_first(&fleet, &cases, &logs);
     let worst = most_air_first.iter().copied().filter(|it| it.1 > 0.0);
     let traces = worst.take(WORST).map(|it| it.0).map(|k| Traces {
-        drone: fleet.simulated_drones[k].name.clone(),
-        air_limit: fleet.simulated_drones[k].air_limit,
+        drone: fleet.drones[k].name.clone(),
+        air_limit: fleet.drones[k].air_limit,
         from_s: -SETTLE_S,
         step_s: STEP_S * TRACE_EVERY as f64,
         flights: logs.iter().map(|log| log.pilots[k].trace()).collect(),
@@ -219,7 +219,7 @@ pub fn fly(
     let paths = paths(&most_air_first, &logs, steps);
     let flights = cases.iter().zip(&logs).map(|(case, log)| {
         let tallies = log.pilots.iter().map(|it| &it.tally);
-        let drones: Vec<DroneFlight> = (fleet.simulated_drones.iter().zip(tallies.clone()))
+        let drones: Vec<DroneFlight> = (fleet.drones.iter().zip(tallies.clone()))
             .map(|(simulated, tally)| tally.drone(simulated, &fleet))
             .collect();
         Flight {
@@ -276,8 +276,8 @@ fn most_air_first(fleet: &SimulatedFleet, cases: &[Case], logs: &[FlightLog]) ->
         let alphas = plain.iter().map(|log| log.pilots[k].tally.worst_alpha);
         alphas.fold(0.0, f64::max)
     };
-    let over = |k: usize| most(k) - fleet.simulated_drones[k].air_limit;
-    let mut drones: Vec<usize> = (0..fleet.simulated_drones.len()).collect();
+    let over = |k: usize| most(k) - fleet.drones[k].air_limit;
+    let mut drones: Vec<usize> = (0..fleet.drones.len()).collect();
     drones.sort_by(|&a, &b| over(b).total_cmp(&over(a)).then(a.cmp(&b)));
     drones.into_iter().map(|k| (k, most(k))).collect()
 }
@@ -345,11 +345,9 @@ struct WorldSnapshot<'a> {
 impl FlightSetting<'_> {
     fn run(&self, done: &(dyn Fn(usize) + Sync)) -> Result<FlightLog, FlyError> {
         let fleet = self.fleet;
-        let mut pilots: Vec<Pilot> = (0..fleet.simulated_drones.len())
-            .map(|k| self.pilot(k))
-            .collect();
+        let mut pilots: Vec<Pilot> = (0..fleet.drones.len()).map(|k| self.pilot(k)).collect();
         let convection = self.air.map_or(1.0, |it| it.0);
-        let highest_m = fleet.simulated_drones.iter().map(|it| it.course.highest_m);
+        let highest_m = fleet.drones.iter().map(|it| it.course.highest_m);
         let height_m = highest_m.fold(fleet.bounds_m.min.z, f64::max) - fleet.bounds_m.min.z;
         let new = |simulated: &SimulatedDrone| {
             let air = Emitter::new(
@@ -360,13 +358,13 @@ impl FlightSetting<'_> {
             air.with_loads(simulated.mass_kg, &simulated.course.masses_kg)
         };
         let mut emitters: Vec<Emitter> = match self.air {
-            Some(_) => fleet.simulated_drones.iter().map(new).collect(),
+            Some(_) => fleet.drones.iter().map(new).collect(),
             None => Vec::new(),
         };
         let mut link_bins = Bins::new(&fleet.bounds_m, LINK_M);
         let mut drone_bins = Bins::new(&fleet.bounds_m, f64::INFINITY);
         let mut wake_bins = drone_bins.clone();
-        let radii_m = fleet.simulated_drones.iter().map(|it| it.body_radius_m);
+        let radii_m = fleet.drones.iter().map(|it| it.body_radius_m);
         let largest_m = radii_m.fold(0.0, f64::max);
         let reaches_m: Vec<f64> = emitters.iter().map(Emitter::most_reach_m).collect();
         let is_paper = self.air.is_some_and(|it| it.1 == FeedForward::Paper);
@@ -385,14 +383,14 @@ impl FlightSetting<'_> {
                 reach_m: link.reach_m,
             }));
             drone_states.clear();
-            drone_states.extend(pilots.iter().zip(&fleet.simulated_drones).map(
-                |(pilot, simulated)| DroneState {
+            drone_states.extend(pilots.iter().zip(&fleet.drones).map(|(pilot, simulated)| {
+                DroneState {
                     position_m: pilot.body.position_m,
                     velocity_mps: pilot.body.velocity_mps,
                     is_flying: pilot.is_flying,
                     is_there: simulated.course.there_s.0 <= t_s && t_s < simulated.course.there_s.1,
-                },
-            ));
+                }
+            }));
             let entry = |drone_state: &DroneState, reach_m: f64| Entry {
                 middle_m: [drone_state.position_m.x, drone_state.position_m.y],
                 z_m: [drone_state.position_m.z; 2],
@@ -441,7 +439,7 @@ impl FlightSetting<'_> {
     }
 
     fn pilot(&self, k: usize) -> Pilot {
-        let simulated = &self.fleet.simulated_drones[k];
+        let simulated = &self.fleet.drones[k];
         let start = simulated.course.at(-SETTLE_S);
         Pilot {
             body: simulated.dynamics.hovering(start.position_m, start.mass_kg),
@@ -462,12 +460,12 @@ impl FlightSetting<'_> {
 
     /// Which drones fly, and their new air.
     fn leave_air(&self, pilots: &mut [Pilot], emitters: &mut [Emitter], t_s: f64) {
-        let simulated_drones = &self.fleet.simulated_drones;
-        for (pilot, simulated) in pilots.iter_mut().zip(simulated_drones) {
+        let drones = &self.fleet.drones;
+        for (pilot, simulated) in pilots.iter_mut().zip(drones) {
             pilot.begin_step(simulated, t_s);
         }
         let pilots = pilots.par_iter_mut().with_min_len(PER_TASK);
-        let each = pilots.zip(emitters).zip(simulated_drones).enumerate();
+        let each = pilots.zip(emitters).zip(drones).enumerate();
         each.for_each(|(k, ((pilot, emitter), simulated))| {
             emitter.record(self.moment(pilot, simulated));
             pilot.links.clear();
@@ -502,7 +500,7 @@ impl FlightSetting<'_> {
 
     /// One drone over one step.
     fn fly_on(&self, pilot: &mut Pilot, k: usize, snapshot: &WorldSnapshot<'_>, step: usize) {
-        let simulated = &self.fleet.simulated_drones[k];
+        let simulated = &self.fleet.drones[k];
         let t_s = step as f64 * STEP_S - SETTLE_S;
         let reference = simulated.course.at(t_s);
         let hover_mps = simulated.hover_mps(reference.mass_kg);
@@ -689,8 +687,7 @@ impl FlightSetting<'_> {
             let speed2 = past_mps.norm_squared().max(f64::MIN_POSITIVE);
             let after_s = (-apart_m.dot(&past_mps) / speed2).clamp(0.0, STEP_S);
             let distance_m = (apart_m + past_mps * after_s).norm();
-            let radii_m =
-                simulated.body_radius_m + self.fleet.simulated_drones[other].body_radius_m;
+            let radii_m = simulated.body_radius_m + self.fleet.drones[other].body_radius_m;
             let gap_m = distance_m - radii_m;
             if gap_m > CONTACT_M {
                 continue;

@@ -142,7 +142,7 @@ impl Tally {
     }
 
     pub(crate) fn drone(&self, simulated: &SimulatedDrone, fleet: &SimulatedFleet) -> DroneFlight {
-        let name = |k: usize| fleet.simulated_drones[k].name.clone();
+        let name = |k: usize| fleet.drones[k].name.clone();
         let vehicle = &simulated.dynamics.vehicle;
         let (claimed_mps, claimed_kg) = simulated.claimed;
         let drawn_wh = self.energy_j / vehicle.drive_efficiency / 3600.0;

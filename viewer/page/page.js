@@ -609,12 +609,11 @@ let wide = 0, tall = 0;
 const resize = () => {
   const box = $('stage').getBoundingClientRect();
   if (box.width === wide && box.height === tall) return;
-  const first = !wide;
   wide = box.width; tall = box.height;
   renderer.setSize(wide, tall, false);
   camera.aspect = wide / Math.max(tall, 1);
   camera.updateProjectionMatrix();
-  if (first || !moved) fit();
+  if (!moved) fit();
   dirty = true;
 };
 const frame = time => {

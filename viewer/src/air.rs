@@ -29,10 +29,6 @@ struct AirMember<'a> {
     airframe: Option<Airframe>,
     /// Index into the kinds, for each break point.
     kinds: Vec<usize>,
-    /// How far from where it is now its air may count (m), level.
-    reach_m: f64,
-    /// Longest delay of its air (s).
-    lag_s: f64,
     /// Its different kinds.
     different: Vec<usize>,
     /// Its highest place (m).
@@ -97,16 +93,6 @@ impl<'a> AirOfPlan<'a> {
                 }))
             });
             let kinds_of: Vec<usize> = kinds_of.collect();
-            let lag_of = |&kind: &usize| {
-                convection.map_or(0.0, |factor| {
-                    let far = kinds[kind].wake.far_field();
-                    far.transport_time_s(depth_m, factor)
-                })
-            };
-            let speed_mps = drone.trajectory.highest_speed_mps();
-            let reach_of = |kind: &usize| kinds[*kind].reach_m + lag_of(kind) * speed_mps;
-            let reach_m = kinds_of.iter().map(reach_of).fold(0.0, f64::max);
-            let lag_s = kinds_of.iter().map(lag_of).fold(0.0, f64::max);
             let mut different = kinds_of.clone();
             different.sort_unstable();
             different.dedup();
@@ -120,10 +106,8 @@ impl<'a> AirOfPlan<'a> {
                 drone,
                 airframe,
                 kinds: kinds_of,
-                reach_m,
-                lag_s,
                 different,
-                speed_mps,
+                speed_mps: path.highest_speed_mps(),
                 top_m: places_m.map(|it| it.z).fold(f64::NEG_INFINITY, f64::max),
                 leaves_s: plan.leaves_s(drone),
             });
@@ -150,10 +134,7 @@ impl<'a> AirOfPlan<'a> {
         let wake = &kind.wake;
         let near_m = wake.near_field_depth_m();
         let column_m = wake.column_radius_m();
-        let lag_s = |depth_m: f64| match self.convection {
-            Some(factor) => wake.far_field().transport_time_s(depth_m, factor),
-            None => 0.0,
-        };
+        let lag_s = |depth_m: f64| self.lag_s(wake, depth_m);
         let mut levels = vec![
             [0.0, column_m, 0.0, 0.0, 0.0],
             [near_m, column_m, 0.0, 0.0, lag_s(near_m)],
@@ -187,12 +168,21 @@ impl<'a> AirOfPlan<'a> {
         Some((path.position_m(at_s)?, kind))
     }
 
+    /// How long the air of a wake is under way down to a depth (s).
+    fn lag_s(&self, wake: &Wake, depth_m: f64) -> f64 {
+        (self.convection).map_or(0.0, |factor| {
+            wake.far_field().transport_time_s(depth_m, factor)
+        })
+    }
+
     /// Where a drone that has left was last (m), for as long as its air may be under way.
     fn left_m(&self, drone: usize, at_s: f64) -> Option<Point3<f64>> {
         let member = &self.members[drone];
         let gone_s = at_s - member.leaves_s?;
         let last_m = member.drone.trajectory.position_m.last().copied();
-        last_m.filter(|_| gone_s <= member.lag_s)
+        let wakes = member.different.iter().map(|&kind| &self.kinds[kind].wake);
+        let lags_s = wakes.map(|wake| self.lag_s(wake, self.depth_m));
+        last_m.filter(|_| gone_s <= lags_s.fold(0.0, f64::max))
     }
 
     /// The height on which a drone's wake ends at each moment (m); `None`: it makes none.
@@ -227,17 +217,18 @@ impl<'a> AirOfPlan<'a> {
                 Some((airframe.disc_points(), airframe.tip_radius_m()))
             })
             .collect();
+        let reaches_m = (0..self.members.len()).map(|index| self.farthest_m(index));
+        let widest_m = reaches_m.fold(0.0, f64::max);
         let at = |sample: &Sample| -> Vec<SampledExposure> {
             // By x: most of a large fleet is far away.
-            let mut sources: Vec<(Point3<f64>, f64, usize)> = (0..self.members.len())
+            let mut sources: Vec<(Point3<f64>, usize)> = (0..self.members.len())
                 .filter_map(|index| {
                     let there_m = sample.position_m[index];
                     let place_m = there_m.or_else(|| self.left_m(index, sample.t_s))?;
-                    Some((place_m, self.reach_m(index), index))
+                    Some((place_m, index))
                 })
                 .collect();
             sources.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
-            let widest_m = sources.iter().map(|it| it.1).fold(0.0, f64::max);
             let of = |index: usize| {
                 let Some((place_m, (discs, tips_m))) =
                     sample.position_m[index].zip(discs[index].as_ref())
@@ -252,11 +243,12 @@ impl<'a> AirOfPlan<'a> {
                     .iter()
                     .take_while(|it| it.0.x <= place_m.x + widest_m + tips_m);
                 let near: Vec<(usize, Point3<f64>, Wake, f64)> = near
-                    .filter(|&&(other_m, _, other)| {
+                    .filter(|&&(other_m, other)| {
                         let level_m = (other_m.xy() - place_m.xy()).norm();
-                        other != index && level_m <= self.reach_down_m(other, place_m.z) + tips_m
+                        let depth_m = self.members[other].top_m - place_m.z;
+                        other != index && level_m <= self.reach_m(other, depth_m) + tips_m
                     })
-                    .filter_map(|&(_, _, other)| {
+                    .filter_map(|&(_, other)| {
                         let (from_m, wake, ends_z_m) = self.leaves(other, sample.t_s, place_m.z)?;
                         Some((other, from_m, wake, ends_z_m))
                     })
@@ -330,24 +322,24 @@ impl<'a> AirOfPlan<'a> {
         mean_over_discs_mps(&[source], &discs, place_m, self.superposition)
     }
 
-    /// How far from where a drone is now its air may count (m), level.
-    pub(crate) fn reach_m(&self, drone: usize) -> f64 {
-        self.members[drone].reach_m
+    /// How far from where a drone is now its air may count anywhere below it (m), level.
+    pub(crate) fn farthest_m(&self, drone: usize) -> f64 {
+        self.reach_m(drone, self.depth_m)
     }
 
-    /// The same at a height (m); below nothing where the drone never is above it.
-    fn reach_down_m(&self, drone: usize, z_m: f64) -> f64 {
-        let member = &self.members[drone];
-        let depth_m = member.top_m - z_m;
+    /// The same down to a depth below its highest place (m); none counts above that.
+    fn reach_m(&self, drone: usize, depth_m: f64) -> f64 {
         if depth_m <= 0.0 {
             return f64::NEG_INFINITY;
         }
-        let reaches_m = member.different.iter().map(|&kind| {
+        let AirMember {
+            different,
+            speed_mps,
+            ..
+        } = &self.members[drone];
+        let reaches_m = different.iter().map(|&kind| {
             let SharedWake { wake, reach_m } = &self.kinds[kind];
-            let lag_s = (self.convection).map_or(0.0, |factor| {
-                wake.far_field().transport_time_s(depth_m, factor)
-            });
-            reach_m + lag_s * member.speed_mps
+            reach_m + self.lag_s(wake, depth_m) * speed_mps
         });
         reaches_m.fold(0.0, f64::max)
     }

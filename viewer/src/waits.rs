@@ -310,8 +310,8 @@ fn waits_for(
             let level_m = (other_m.xy() - place_m.xy()).norm();
             let (above, below) = (other_m.z > place_m.z, other_m.z <= place_m.z);
             let reach_m = match above {
-                true => air.reach_m(other),
-                false => air.reach_m(drone),
+                true => air.farthest_m(other),
+                false => air.farthest_m(drone),
             };
             if level_m > reach_m + apart_m + own.airframe.motor_distance_m {
                 continue;

@@ -28,7 +28,7 @@ pub struct Item {
     /// Bound on the budget that they fill together at any moment, in millionths.
     pub peak: u64,
     /// All wakes that it meets, however weak and far off, once they were asked for.
-    all_incoming: OnceLock<Vec<IncomingLoad>>,
+    pub all_incoming: OnceLock<Vec<IncomingLoad>>,
     /// The bins that it is over.
     pub(crate) bins: Bins,
 }
@@ -115,8 +115,6 @@ pub struct Timeline {
     unused: Vec<u32>,
     /// Per drone, its items in order of time.
     of_drones: Vec<Vec<u32>>,
-    /// Filled once all that any item meets was asked for.
-    is_asked: OnceLock<()>,
 }
 
 impl Timeline {
@@ -129,7 +127,6 @@ impl Timeline {
             items: Vec::new(),
             unused: Vec::new(),
             of_drones: vec![Vec::new(); drones],
-            is_asked: OnceLock::new(),
         }
     }
 
@@ -181,21 +178,8 @@ impl Timeline {
         &self.items[index as usize]
     }
 
-    /// All wakes that an item meets, found when it is asked for first.
-    pub(crate) fn all_incoming<'a>(
-        &'a self,
-        item: &'a Item,
-        find: impl FnOnce() -> Vec<IncomingLoad>,
-    ) -> &'a [IncomingLoad] {
-        self.is_asked.get_or_init(|| ());
-        item.all_incoming.get_or_init(find)
-    }
-
     /// Forgets all that was asked for: something is about to change.
     pub(crate) fn forget_all_incoming(&mut self) {
-        if self.is_asked.take().is_none() {
-            return;
-        }
         for item in &mut self.items {
             item.all_incoming.take();
         }

@@ -746,7 +746,7 @@ impl Fleet {
     /// [`Fleet::load_of`] backwards.
     fn square_of(&self, emitter: KindId, (receiver, air_limit): (KindId, f64), share: f64) -> f64 {
         let ratio = self.velocity_ratio(emitter, receiver);
-        let limit = self.limit_left(receiver, air_limit);
+        let limit = self.air_limit_left(receiver, air_limit);
         let additive = (share * f64::from(BUDGET)).floor() / WHOLE;
         let of_limit = match self.conditions.superposition {
             Superposition::Linear => additive,
@@ -782,7 +782,7 @@ impl Fleet {
     /// Millionths of a receiver's budget that a mean square of an emitter's air fills.
     pub(crate) fn load_of(&self, emitter: &Leg, receiver: &Leg, peak_square: f64) -> u32 {
         let ratio = self.velocity_ratio(emitter.kind, receiver.kind);
-        let limit = self.limit_left(receiver.kind, receiver.air_limit);
+        let limit = self.air_limit_left(receiver.kind, receiver.air_limit);
         self.load(peak_square.sqrt() * ratio / limit)
     }
 
@@ -792,7 +792,7 @@ impl Fleet {
     }
 
     /// What recirculation leaves of a receiver's limit of air.
-    pub(super) fn limit_left(&self, receiver: KindId, air_limit: f64) -> f64 {
+    pub(super) fn air_limit_left(&self, receiver: KindId, air_limit: f64) -> f64 {
         let recirculated =
             self.conditions.flown.return_flow_mps / self.reference_velocity_mps(receiver);
         limit_after_recirculation(air_limit, recirculated)

@@ -518,13 +518,13 @@ impl Running {
     /// Judges the whole plan, and sums over the fleet anew. Verifies only drones that a change can
     /// affect.
     fn judge(&mut self) {
-        let unplanned = self.plan.unplanned.clone();
-        self.plan.fleet = fleet(&self.plan.drones, |drone| {
-            unplanned.iter().all(|one| one.name != drone.name)
-        });
+        let plan = &self.plan;
+        let is_planned = |drone: &DronePlan| !plan.is_unplanned(&drone.name);
+        self.plan.fleet = fleet(&plan.drones, is_planned);
         self.plan.ignoring_downwash = None;
         self.whole = OnceLock::new();
         let report = verify_again(&self.plan, &mut self.judgements);
+        let unplanned = self.plan.unplanned.clone();
         self.plan = judged(self.plan.clone(), report, unplanned);
     }
 }

@@ -89,10 +89,12 @@ pub(crate) fn search(setting: SearchSetting<'_>, agent: &Agent) -> Searched {
     let most = setting.most_expansions;
     let late = agent.takes_off_late(setting.roadmap);
     let late = late.map(|late| within(&late, most / 2));
+    let evicts_none = |it: &Searched| match &it.found {
+        SearchOutcome::Path(path) => path.evicted.is_empty(),
+        _ => false,
+    };
     let searched = match late {
-        Some(late) if matches!(&late.found, SearchOutcome::Path(path) if path.evicted.is_empty()) => {
-            late
-        }
+        Some(late) if evicts_none(&late) => late,
         late => {
             let spent = late.map_or(0, |late| late.expansions);
             let mut searched = within(agent, most.saturating_sub(spent));

@@ -69,7 +69,7 @@ fn loads_by_distance(fleet: &Fleet, emitter: KindId, receiver: KindId) -> Vec<u3
     }
     let envelope = fleet.envelope(emitter.index(), receiver.index());
     let ratio = fleet.velocity_ratio(emitter, receiver);
-    let limit = fleet.limit_left(receiver, fleet.conditions.lowest_air_limit);
+    let limit = fleet.air_limit_left(receiver, fleet.conditions.lowest_air_limit);
     let load = |step: usize| {
         let square = envelope.highest_square(step as f64 * FAR_STEP_M);
         fleet.load(square.sqrt() * ratio / limit)
