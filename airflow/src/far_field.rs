@@ -182,6 +182,20 @@ impl FarField {
             / (2.0 * convection * self.carried_m2_per_s)
     }
 
+    /// How much longer air takes down to a depth for each metre more (s/m), at the centreline's speed:
+    /// the derivative of [`FarField::transport_time_s`]; above the rotor plane 0.
+    ///
+    /// ```text
+    /// dτ/ds = σ l / (U_H B l)
+    /// ```
+    #[must_use]
+    pub fn transport_time_s_per_m(&self, depth_m: f64) -> f64 {
+        if depth_m < 0.0 {
+            return 0.0;
+        }
+        (depth_m + self.origin_above_m) / self.carried_m2_per_s
+    }
+
     /// Depth (m) that air reaches in a time (s): the inverse of [`FarField::transport_time_s`].
     ///
     /// ```text

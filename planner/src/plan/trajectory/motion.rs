@@ -296,12 +296,15 @@ impl Motion {
 
     /// Bounds of how fast it climbs (m/s, up positive); equal where it is straight.
     pub(crate) fn climb_mps(&self) -> (f64, f64) {
+        self.climb_within_mps(self.from_s, self.until_s)
+    }
+
+    /// The same within a time window.
+    pub(crate) fn climb_within_mps(&self, from_s: f64, until_s: f64) -> (f64, f64) {
         if self.is_straight {
             return (self.velocity_mps.z, self.velocity_mps.z);
         }
-        let climbs = self
-            .velocities_mps(self.from_s, self.until_s)
-            .map(|it| it.z);
+        let climbs = self.velocities_mps(from_s, until_s).map(|it| it.z);
         let low = climbs.into_iter().fold(f64::INFINITY, f64::min);
         (low, climbs.into_iter().fold(f64::NEG_INFINITY, f64::max))
     }

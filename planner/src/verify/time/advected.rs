@@ -10,7 +10,8 @@
 //! In level flight there is one such `t'` for each lag. A drone that sinks faster than its air has
 //! several: all of them count, the strongest at each moment. They are found by subdivision: `τ`
 //! grows with depth, so over a span of `t'`, of `t`, of lags and of heights `g` has bounds, and
-//! spans whose bounds miss `t` are dropped. Air older than the flight came from where it began.
+//! spans whose bounds miss `t` are dropped, and Newton's step on intervals closes in on the rest.
+//! Air older than the flight came from where it began.
 //! Where a drone becomes lighter its air becomes slower, and what arrives in between left at that
 //! moment.
 //!
@@ -28,7 +29,8 @@ use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
 
-/// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of path at 2 m/s.
+/// Spans of leaving no longer than this, and those whose air arrives within as much, are not divided
+/// (s), chosen here: 0.2 mm of path at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;
 /// Nor those shorter than this part of the span of arrival, or of what the range of heights makes
 /// of it; chosen here.
@@ -37,8 +39,8 @@ const FINE: f64 = 0.25;
 /// here.
 const SHRUNK: f64 = 0.7;
 
-/// Air that is over earlier than this before it is asked for does not count (s), chosen here: far
-/// above rounding.
+/// Air that is over earlier than this before it is asked for does not count (s), and what left this
+/// long beside what may arrive does, chosen here: far above rounding.
 const ROUNDING_S: f64 = 1e-6;
 
 /// Air that left along a path is bounded in boxes of so much of it (m), chosen here: the half-width
@@ -121,6 +123,14 @@ struct Arrival {
     heights_m: (f64, f64),
     /// Spans of leaving that are no longer are not divided (s).
     shortest_s: f64,
+}
+
+/// What is left of a span of leaving after a step of Newton's on intervals.
+struct NewtonStep {
+    /// Before and after its middle; empty where it ends before it begins (s).
+    halves_s: [Span; 2],
+    /// The moments at which one height's air of one lag arrives are at most so far apart (s).
+    spread_s: f64,
 }
 
 impl<'a> Advected<'a> {
@@ -352,27 +362,101 @@ impl<'a> Advected<'a> {
         if cut_s.0 > cut_s.1 {
             return;
         }
-        let length_s = cut_s.1 - cut_s.0;
-        if piece.motion.is_level() || length_s <= arrival.shortest_s {
-            match found.last_mut() {
-                Some(last) if last.piece == k && !last.is_moment && last.span_s.1 >= cut_s.0 => {
-                    last.span_s.1 = cut_s.1.max(last.span_s.1);
-                }
-                _ => found.push(Emission {
-                    piece: k,
-                    span_s: cut_s,
-                    is_moment: false,
-                }),
+        let mut arrives = |span_s: Span| match found.last_mut() {
+            Some(last) if last.piece == k && !last.is_moment && last.span_s.1 >= span_s.0 => {
+                last.span_s.1 = span_s.1.max(last.span_s.1);
             }
-            return;
+            _ => found.push(Emission {
+                piece: k,
+                span_s,
+                is_moment: false,
+            }),
+        };
+        let is_shrunk = |it: Span| it.1 - it.0 < SHRUNK * (until_s - from_s);
+        let with_depths = |it: Span| (it, depths_m(piece, it, arrival.heights_m));
+        if piece.motion.is_level() {
+            return arrives(cut_s);
         }
-        let with_depths = |span_s: Span| (span_s, depths_m(piece, span_s, arrival.heights_m));
-        if length_s < SHRUNK * (until_s - from_s) {
-            return self.divide(k, with_depths(cut_s), arrival, found);
+        if cut_s.1 - cut_s.0 <= arrival.shortest_s {
+            // The depths of the whole span may be far from those of what is left.
+            return match until_s - from_s > arrival.shortest_s && is_shrunk(cut_s) {
+                true => self.divide(k, with_depths(cut_s), arrival, found),
+                false => arrives(cut_s),
+            };
         }
-        let middle_s = 0.5 * (cut_s.0 + cut_s.1);
-        self.divide(k, with_depths((cut_s.0, middle_s)), arrival, found);
-        self.divide(k, with_depths((middle_s, cut_s.1)), arrival, found);
+        let step = self.newton_step(k, cut_s, (low_m, high_m), arrival);
+        let [before_s, after_s] = step.halves_s;
+        let both_s = (before_s.0, after_s.1);
+        let is_one = before_s.1 == after_s.0;
+        if is_one && step.spread_s <= arrival.shortest_s {
+            return arrives(both_s);
+        }
+        let rest = match is_one && is_shrunk(both_s) {
+            true => &[both_s][..],
+            false => &step.halves_s,
+        };
+        for &span_s in rest.iter().filter(|it| it.0 <= it.1) {
+            self.divide(k, with_depths(span_s), arrival, found);
+        }
+    }
+
+    /// A span of leaving on either side of its middle without what cannot arrive in time, by the
+    /// slope of `g` over the span. The depths of what it arrives at are known (m).
+    ///
+    /// ```text
+    /// g' = 1 + m τ'(depth) climb
+    /// ```
+    fn newton_step(
+        &self,
+        k: usize,
+        (from_s, until_s): Span,
+        (low_m, high_m): (f64, f64),
+        arrival: Arrival,
+    ) -> NewtonStep {
+        let motion = &self.flight.trajectory.pieces()[k].motion;
+        let far = self.flight.wakes[k].wake.far_field();
+        let climb_mps = motion.climb_within_mps(from_s, until_s);
+        let [least, most] = [low_m, high_m].map(|depth_m| far.transport_time_s_per_m(depth_m));
+        let slowest = (climb_mps.0 * least).min(climb_mps.0 * most);
+        let fastest = (climb_mps.1 * least).max(climb_mps.1 * most);
+        let slopes = |lag: f64| (1.0 + lag * slowest, 1.0 + lag * fastest);
+        let (soonest, latest) = (slopes(self.lags.0), slopes(self.lags.1));
+        let middle_s = 0.5 * (from_s + until_s);
+        let height_m = motion.heights_m(middle_s, middle_s).0;
+        let arrives_s = |lag: f64, at_m: f64| middle_s + lag * self.lag_s(k, height_m - at_m);
+        // By how much what leaves in the middle arrives too late, or too early.
+        let late_s = arrives_s(self.lags.0, arrival.heights_m.1) - arrival.span_s.1;
+        let early_s = arrival.span_s.0 - arrives_s(self.lags.1, arrival.heights_m.0);
+        // It takes at least so long until `g` has changed by as much.
+        let takes_s = |change_s: f64, slope: f64| match slope > 0.0 {
+            true => change_s / slope,
+            false => f64::INFINITY,
+        };
+        let (before_s, after_s) = match (late_s > 0.0, early_s > 0.0) {
+            (true, _) => (takes_s(late_s, soonest.1), takes_s(late_s, -soonest.0)),
+            (_, true) => (takes_s(early_s, -latest.0), takes_s(early_s, latest.1)),
+            _ => (0.0, 0.0),
+        };
+        // Where `g` rises all along, no longer than so.
+        let until = |left_s: f64, slope: f64| takes_s(left_s.max(0.0), slope);
+        let ends_s = (
+            middle_s - until(-early_s, latest.0) - ROUNDING_S,
+            middle_s + until(-late_s, soonest.0) + ROUNDING_S,
+        );
+        let steepest = [soonest.0, soonest.1, latest.0, latest.1].map(f64::abs);
+        NewtonStep {
+            halves_s: [
+                (
+                    from_s.max(ends_s.0),
+                    middle_s.min(middle_s - before_s + ROUNDING_S),
+                ),
+                (
+                    middle_s.max(middle_s + after_s - ROUNDING_S),
+                    until_s.min(ends_s.1),
+                ),
+            ],
+            spread_s: steepest.into_iter().fold(0.0, f64::max) * (until_s - from_s),
+        }
     }
 
     /// How long the air of a piece takes down to a depth at the centreline's speed (s).
@@ -390,4 +474,59 @@ fn depths_m(piece: &Piece, span_s: Span, heights_m: (f64, f64)) -> (f64, f64) {
 /// Least and greatest depth of heights below a drone that is between two heights (m).
 fn below_m(drone_m: (f64, f64), heights_m: (f64, f64)) -> (f64, f64) {
     (drone_m.0 - heights_m.1, drone_m.1 - heights_m.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verify::checks::contents;
+
+    /// A Crazyflie that sinks by 12 m in so long (s), smoothly: faster than the air below it, as
+    /// fast, or slower.
+    fn sinks(within_s: f64) -> crate::plan::Plan {
+        let text = format!(
+            r#"{{"format": "plan/2", "scenario": "one", "bounds_m": {{"min": [0, 0, 0], "max": [9, 9, 20]}},
+            "air_delay": {{"convection": [0.6, 1.0]}}, "drones": [{{"name": "a", "airframe": "crazyflie-2.1",
+            "trajectory": {{"t_s": [0, {within_s}], "position_m": [[1, 4, 16], [7, 4, 4]],
+            "control_m": [[[1, 4, 16], [7, 4, 4]]]}}}}]}}"#
+        );
+        crate::plan::file::read(&text).expect("a plan").plan
+    }
+
+    #[test]
+    fn all_air_that_arrives_is_found_and_what_is_found_arrives() {
+        for within_s in [6.0, 12.0, 30.0, 90.0] {
+            let plan = sinks(within_s);
+            let (scene, _) = contents::read(&plan);
+            let scene = scene.expect("it can be judged");
+            for lag in [0.0, 1.0, 1.0 / 0.6] {
+                let air = Advected::new(&scene, 0, (lag, lag)).expect("advected");
+                let motion = &air.flight.trajectory.pieces()[0].motion;
+                let arrives_s = |left_s: f64, height_m: f64| {
+                    let depth_m = motion.at_m(left_s).z - height_m;
+                    (depth_m > 0.0).then(|| left_s + lag * air.lag_s(0, depth_m))
+                };
+                for (height_m, step) in (0..7).flat_map(|h| (0..200).map(move |k| (h, k))) {
+                    let height_m = 0.5 + 2.0 * f64::from(height_m);
+                    let left_s = within_s * (f64::from(step) + 0.37) / 200.0;
+                    let Some(at_s) = arrives_s(left_s, height_m) else {
+                        continue;
+                    };
+                    let found = air.emitted((at_s, at_s), (height_m, height_m));
+                    let place = format!("{within_s} s, lag {lag}, {height_m} m, left {left_s} s");
+                    let holds = |it: &Emission| {
+                        it.span_s.0 <= left_s + 1e-9 && left_s <= it.span_s.1 + 1e-9
+                    };
+                    assert!(found.iter().any(holds), "{place}");
+                    for it in found.iter().filter(|it| it.piece == 0 && !it.is_moment) {
+                        for left_s in [it.span_s.0, it.span_s.1] {
+                            let off_s = arrives_s(left_s, height_m).map_or(0.0, |it| it - at_s);
+                            // Arrival falls by up to 14 s for each second of leaving.
+                            assert!(off_s.abs() < 20.0 * SHORTEST_S, "{place}: {off_s} s off");
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
