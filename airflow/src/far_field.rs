@@ -182,8 +182,8 @@ impl FarField {
             / (2.0 * convection * self.carried_m2_per_s)
     }
 
-    /// How much longer air takes down to a depth for each metre more (s/m), at the centreline's speed:
-    /// the derivative of [`FarField::transport_time_s`]; above the rotor plane 0.
+    /// How much longer air takes down to a depth for each metre more (s/m), at the centreline's
+    /// speed: the derivative of [`FarField::transport_time_s`]; above the rotor plane 0.
     ///
     /// ```text
     /// dτ/ds = σ l / (U_H B l)

@@ -102,6 +102,13 @@ impl Flown {
         })
     }
 
+    /// What every drone weighs, over what is stated of it.
+    #[must_use]
+    pub fn mass_factor(&self) -> f64 {
+        let payload = self.steady.payload_mass;
+        payload.map_or(1.0, |payload| payload.mass_factor)
+    }
+
     /// A plain wake with what changes it, hovering.
     #[must_use]
     pub fn wake(&self, plain: &Wake) -> Wake {

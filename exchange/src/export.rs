@@ -913,6 +913,13 @@ fn lost(plan: &Plan, to: Target, courses: &[Course]) -> Vec<String> {
                     `motion: Smooth` to fly them as they are";
         lost.push(what.to_owned());
     }
+    let effects = plan.flown_effects();
+    if !effects.is_empty() {
+        let effects = effects.join(", ");
+        lost.push(format!(
+            "planned in air with {effects}, which it does not say: judged without, it is another plan"
+        ));
+    }
     lost
 }
 

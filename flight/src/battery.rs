@@ -1,12 +1,14 @@
 //! What a plan takes of each drone's battery, before anything is flown: hovering for as long as it
 //! is in the air, up to the plan's end, the climbs, and the cost of its exposure up to the end of
-//! its own trajectory. Drag is left out; `fly` has it, and all the air.
+//! its own trajectory, with the mass and the air of a finding. Drag is left out; `fly` has it, and
+//! all the air.
 
 use airflow::{Flown, GRAVITY_MPS2};
 use planner::Plan;
 use planner::plan::DronePlan;
 use serde::Serialize;
 
+use crate::fleet::as_found_to_weigh;
 use crate::setup::Setup;
 use crate::vehicle::Vehicle;
 
@@ -23,6 +25,8 @@ pub struct Charge {
     pub capacity_wh: Option<f64>,
     /// Of that (%).
     pub percent: Option<f64>,
+    /// Aerodynamic over electrical power: assumed, where no file states it.
+    pub drive_efficiency: f64,
 }
 
 /// Of every drone of a plan whose airframe can be, in the plan's order.
@@ -30,6 +34,7 @@ pub struct Charge {
 pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
     let ends_s = plan.ends_s();
     let flown = plan.flown();
+    let plan = &*as_found_to_weigh(plan, &flown);
     let charge = |drone: &DronePlan| {
         let airframe = drone.airframe.airframe().ok()?;
         let vehicle = Vehicle::of(&airframe, &setup.entry(airframe.name()));
@@ -40,6 +45,7 @@ pub fn of_plan(plan: &Plan, setup: &Setup) -> Vec<Charge> {
             energy_wh,
             capacity_wh: vehicle.battery_wh,
             percent: vehicle.battery_wh.map(|it| 100.0 * energy_wh / it),
+            drive_efficiency: vehicle.drive_efficiency,
         })
     };
     plan.drones.iter().filter_map(charge).collect()
@@ -61,7 +67,7 @@ fn energy_j(drone: &DronePlan, (ends_s, flown): (f64, &Flown)) -> f64 {
     let places_m = places_m.zip(at_m.iter().chain(at_m.last()));
     let masses_kg = path.mass_kg.first().into_iter().chain(&path.mass_kg);
     for ((times_s, places_m), mass_kg) in pieces.zip(places_m).zip(masses_kg) {
-        // Through thin air that was found, at the mass that is stated.
+        // Through thin air that was found.
         let hover_mps = drone.hover_mps(*times_s.0) / flown.density_kg_per_m3(1.0).sqrt();
         let weight_n = mass_kg * GRAVITY_MPS2;
         let both = |(from_s, until_s): (f64, f64)| {
@@ -106,5 +112,21 @@ mod tests {
         let airframe = &plan.drones[1].airframe;
         let hover_w = 0.23 * GRAVITY_MPS2 * airframe.hover_induced_velocity_mps;
         assert!((hover_j - 60.0 * hover_w).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_finding_that_a_drone_is_heavier_takes_more_of_its_battery() {
+        let energy_wh = |effects: &str| {
+            let text = format!(
+                r#"{{"format": "plan/2", "scenario": "s", "bounds_m": {{"min": [0,0,0], "max": [9,9,9]}},
+                "air": {{"effects": {effects}}}, "drones": [{{"name": "a", "airframe": "matrice-300",
+                "trajectory": {{"t_s": [0, 60], "position_m": [[1,1,4],[1,1,4]]}}}}]}}"#
+            );
+            let plan = planner::plan::file::read(&text).expect("a plan").plan;
+            of_plan(&plan, &Setup::default())[0].energy_wh
+        };
+        let heavier = energy_wh(r#"{"payload_mass": {"mass_factor": 1.5}}"#) / energy_wh("{}");
+        // m g U_H, U_H with the root of m.
+        assert!((heavier - 1.5_f64.powf(1.5)).abs() < 1e-9, "{heavier}");
     }
 }

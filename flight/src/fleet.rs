@@ -1,5 +1,6 @@
 //! A plan made ready to be flown.
 
+use std::borrow::Cow;
 use std::str::FromStr;
 
 use airflow::{Airframe, DiscPoints, Flown, Superposition, Wake};
@@ -146,6 +147,8 @@ impl SimulatedFleet {
         if plan.drones.is_empty() {
             return Err(FlyError::NoDrones);
         }
+        let (_, stated) = air(plan).map_err(FlyError::Air)?;
+        let plan = &*as_found_to_weigh(plan, &stated);
         let (superposition, flown) = air(plan).map_err(FlyError::Air)?;
         let bounds_m = plan.bounds_m;
         let corners = || bounds_m.min.iter().chain(bounds_m.max.iter());
@@ -269,6 +272,23 @@ impl SimulatedFleet {
             air,
         )
     }
+}
+
+/// A plan whose drones weigh what a finding says, and whose wakes are stronger by that alone.
+pub(crate) fn as_found_to_weigh<'a>(plan: &'a Plan, flown: &Flown) -> Cow<'a, Plan> {
+    let factor = flown.mass_factor();
+    if factor == 1.0 {
+        return Cow::Borrowed(plan);
+    }
+    let mut plan = plan.clone();
+    if let Some(effects) = &mut plan.air.effects {
+        effects.payload_mass = None;
+    }
+    for drone in &mut plan.drones {
+        let masses_kg = drone.trajectory.mass_kg.iter_mut();
+        masses_kg.for_each(|mass_kg| *mass_kg *= factor);
+    }
+    Cow::Owned(plan)
 }
 
 /// How wakes add up, and what a finding adds to them.

@@ -64,9 +64,10 @@ impl Batteries {
         let percent = most.percent.unwrap_or(0.0);
         (self.is_asked || percent >= TELL_FROM_PERCENT).then(|| {
             format!(
-                "Battery: `{}` takes most, {percent:.1} % of its {} Wh.{unknown}",
+                "Battery: `{}` takes most, {percent:.1} % of its {} Wh, at a drive efficiency of {} (--vehicles may state another).{unknown}",
                 most.drone,
-                most.capacity_wh.unwrap_or(0.0)
+                most.capacity_wh.unwrap_or(0.0),
+                most.drive_efficiency
             )
         })
     }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use planner::Plan;
 use planner::plan::file::PlanFile;
 use planner::plan::{Violation, ViolationKind};
 use planner::scenario::missing;
@@ -130,11 +131,8 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
             format!(", {stay} at the start")
         }
     };
-    let mut violated = plan.violations.iter();
     let differ = match found.differences.len() {
-        0 if violated.any(|it| it.kind == ViolationKind::Malformed) => {
-            ", figures not compared: the plan contradicts itself".to_owned()
-        }
+        0 if contradicts(plan) => ", figures not compared: the plan contradicts itself".to_owned(),
         0 if found.crowded > 0 => ", figures not compared".to_owned(),
         0 => String::new(),
         some => format!(", {}", count(some, "figure differs", "figures differ")),
@@ -176,6 +174,12 @@ fn first_exposure(found: &Examination) -> Option<&Violation> {
     found.plan.violations.iter().find(is_exposure)
 }
 
+/// Nothing else of it was judged.
+fn contradicts(plan: &Plan) -> bool {
+    let mut violations = plan.violations.iter();
+    violations.any(|it| it.kind == ViolationKind::Malformed)
+}
+
 /// How much room there is.
 fn margins(found: &Examination) -> Vec<String> {
     let mut lines = Vec::new();
@@ -194,7 +198,7 @@ fn margins(found: &Examination) -> Vec<String> {
             it.at_s,
             place(&it.position_m)
         ));
-    } else if found.plan.drones.len() > 1 {
+    } else if found.plan.drones.len() > 1 && !contradicts(&found.plan) {
         lines.push("closest approach: no drone flies while another is there".to_owned());
     }
     if let Some(first) = first_exposure(found) {
@@ -263,6 +267,10 @@ fn margins(found: &Examination) -> Vec<String> {
 /// What was filled in, what was not judged.
 fn notes(file: &PlanFile) -> Vec<String> {
     let mut lines = file.remarks.clone();
+    let effects = file.plan.flown_effects();
+    if !effects.is_empty() {
+        lines.push(format!("judged in air with {}", effects.join(", ")));
+    }
     if !file.filled.is_empty() {
         let filled = file.filled.iter();
         let filled =

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
+use nalgebra::Point3;
 use planner::Plan;
 use planner::plan::smoothing::Kernel;
 use planner::plan::{AirframeEntry, DronePlan};
@@ -41,6 +42,11 @@ struct Compared {
     /// Where the plans are of different scenarios.
     #[serde(skip_serializing_if = "Differs::is_empty")]
     differs: Differs,
+    /// Drones that A plans and B does not, and the other way round.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    planned_in_a_alone: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    planned_in_b_alone: Vec<String>,
     /// Of drones that both plan: its arrivals (s) in A and in B, those that differ most first.
     drones: Vec<Both>,
 }
@@ -56,6 +62,8 @@ struct Differs {
     airframe: Vec<String>,
     /// Drones that begin at another place.
     start: Vec<String>,
+    /// Drones that end at another place, where the places are others.
+    end: Vec<String>,
     /// Of `bounds`, `obstacles`, `zones`, `air`.
     place: Vec<&'static str>,
 }
@@ -93,6 +101,7 @@ impl Differs {
             only_in_b: only(b, &in_a),
             airframe: unlike(&|a, b| airframe(a) != airframe(b)),
             start: unlike(&|a, b| apart_m(a, b) > SAME_PLACE_M),
+            end: ends(a, b),
             place: place.map(|(what, _)| what).collect(),
         }
     }
@@ -107,6 +116,7 @@ impl Differs {
             ("only in B", &self.only_in_b),
             ("another airframe, or other limits of it", &self.airframe),
             ("begin at another place", &self.start),
+            ("end at another place", &self.end),
         ];
         let of_drones = of_drones.into_iter().filter(|(_, names)| !names.is_empty());
         let mut lines: Vec<String> = of_drones
@@ -121,6 +131,26 @@ impl Differs {
         }
         lines
     }
+}
+
+/// Drones planned in both that end elsewhere; none where the places are the same and other drones
+/// have taken them.
+fn ends(a: &Plan, b: &Plan) -> Vec<String> {
+    let in_b = by_name(b);
+    let planned = |it: &DronePlan| !a.is_unplanned(&it.name) && !b.is_unplanned(&it.name);
+    let both = a.drones.iter().filter(|it| planned(it));
+    let both = both.filter_map(|it| Some((it, *in_b.get(&it.name[..])?)));
+    let end_m = |it: &DronePlan| it.trajectory.position_m.last().copied();
+    let both: Vec<_> = (both.filter_map(|(a, b)| Some((&a.name, end_m(a)?, end_m(b)?)))).collect();
+    let taken = |end_m: &Point3<f64>| {
+        let mut ends = both.iter().map(|it| it.2);
+        ends.any(|it| (it - end_m).norm() <= SAME_PLACE_M)
+    };
+    if both.iter().all(|it| taken(&it.1)) {
+        return Vec::new();
+    }
+    let apart = both.iter().filter(|it| (it.1 - it.2).norm() > SAME_PLACE_M);
+    apart.map(|it| it.0.clone()).collect()
 }
 
 fn by_name(plan: &Plan) -> BTreeMap<&str, &DronePlan> {
@@ -241,7 +271,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut drones: Vec<Both> = both.collect();
     let apart_s = |it: &Both| (it.arrives_s[1] - it.arrives_s[0]).abs();
     drones.sort_by(|x, y| apart_s(y).total_cmp(&apart_s(x)));
+    let alone = |one: &Examination, other: &Examination| -> Vec<String> {
+        let theirs = arrivals(other);
+        let own = arrivals(one).into_keys();
+        own.filter(|name| !theirs.contains_key(name)).collect()
+    };
     let compared = Compared {
+        planned_in_a_alone: alone(&found_a, &found_b),
+        planned_in_b_alone: alone(&found_b, &found_a),
         a: figures(&a.plan, &found_a),
         b: figures(&b.plan, &found_b),
         differs: Differs::of(&a.plan, &b.plan),
@@ -326,10 +363,24 @@ fn report(arguments: &Arguments, compared: &Compared) -> Report {
         number("closest bodies (m)", &|it| it.closest_gap_m, 3),
         number("least time margin (s)", &|it| it.least_late_s, 2),
     ];
-    report.section(
-        "What they come to",
-        vec![Part::table("lrrl", "|A|B|B against A", rows)],
-    );
+    let mut come_to = vec![Part::table("lrrl", "|A|B|B against A", rows)];
+    let alone = [
+        ("A", &compared.planned_in_a_alone),
+        ("B", &compared.planned_in_b_alone),
+    ];
+    for (plan, names) in alone.into_iter().filter(|(_, names)| !names.is_empty()) {
+        let listed = first_few(names.iter().map(quoted), MOST_LISTED, ", ");
+        come_to.push(Part::Line(format!("Planned in {plan} alone: {listed}.")));
+    }
+    if come_to.len() > 1 {
+        let of_both = |k: usize| -> f64 { compared.drones.iter().map(|it| it.arrives_s[k]).sum() };
+        come_to.push(Part::Line(format!(
+            "Sums are over the drones that each plans. Of those planned in both the sum of costs is {:.2} s in A, {:.2} s in B.",
+            of_both(0),
+            of_both(1)
+        )));
+    }
+    report.section("What they come to", come_to);
     let convection = |it: &Figures, end: usize| it.convection.map(|it| it[end]);
     let rows = vec![
         number("lowest air limit (alpha)", &|it| Some(it.air_limits.0), 3),

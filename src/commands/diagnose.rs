@@ -69,7 +69,8 @@ pub(crate) struct Arguments {
     /// Instead of a diagnosis: hold a finding (finding.ron) from other recordings against these
     #[arg(long, value_name = "FILE", conflicts_with_all = ["alone", "near_floor", "normal", "judge"])]
     finding: Option<PathBuf>,
-    /// Then hold what was found against these recordings as well
+    /// Then hold what was found against these recordings as well; with --format json the answer to
+    /// that is in judged/judged.json alone
     #[arg(long, value_name = "RECORDING", num_args = 1.., conflicts_with = "normal")]
     judge: Vec<PathBuf>,
 }
@@ -230,7 +231,7 @@ fn judge_others(
         (&asked, arguments.channel),
         (&recordings, others.left_out),
         from,
-        (name, &file),
+        (&others.name, &file),
     )?;
     Ok(answer.and(helps))
 }

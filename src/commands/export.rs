@@ -82,6 +82,8 @@ struct Printed<'a> {
     files: &'a [PathBuf],
 }
 
+/// More files than these are counted, not named.
+const FILES_NAMED: usize = 6;
 /// The file by which one knows a folder of this command.
 const MAIN: &str = exchange::import::MANIFEST;
 
@@ -168,7 +170,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         }
     }
     print(&match arguments.format {
-        Format::Text => text(&made.manifest, paths.len() - 1) + &wrote(&paths[..1]),
+        Format::Text => {
+            // A file of each drone is named in the manifest alone.
+            let named = if paths.len() > FILES_NAMED {
+                1
+            } else {
+                paths.len()
+            };
+            text(&made.manifest, paths.len() - 1) + &wrote(&paths[..named])
+        }
         Format::Json => files::json(&Printed {
             manifest: &made.manifest,
             files: &paths,

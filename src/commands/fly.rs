@@ -170,7 +170,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     unsaid(&mut flown, &file);
     let contradictions = planner::verify::contradictions(&file.plan);
-    let notes: Vec<String> = contradictions.iter().map(ToString::to_string).collect();
+    let mut notes: Vec<String> = contradictions.iter().map(ToString::to_string).collect();
+    let effects = file.plan.flown_effects();
+    if !effects.is_empty() {
+        notes.push(format!("flown in air with {}", effects.join(", ")));
+    }
     let figure = plots::flight::draw(&flown);
     let report = report::report(&name, &flown, figure);
     let json = |files: &[PathBuf]| {

@@ -249,6 +249,9 @@ fn notes(swept: &Swept) -> Vec<String> {
     told.collect()
 }
 
+const FEWER: &str =
+    "Sums are over planned drones: where fewer are planned they are lower for that.";
+
 fn report(swept: &Swept) -> Report {
     let setting = &swept.setting;
     let mut report = Report::new(
@@ -272,10 +275,15 @@ fn report(swept: &Swept) -> Report {
     let headings = format!(
         "{setting}|status|planned|sum of costs (s)|makespan (s)|worst air (m/s)|exposure (m)|energy by downwash (J)"
     );
-    report.section(
-        "What it costs",
-        vec![Part::table("rlrrrrrr", &headings, rows)],
-    );
+    let mut costs = vec![Part::table("rlrrrrrr", &headings, rows)];
+    if swept
+        .rows
+        .iter()
+        .any(|it| it.planned != swept.rows[0].planned)
+    {
+        costs.push(Part::line(FEWER));
+    }
+    report.section("What it costs", costs);
     report.section("Notes", Part::list(notes(swept)));
     let points = |of: &dyn Fn(&SweptValue) -> Option<f64>| -> Vec<(f64, f64)> {
         let mut points: Vec<(f64, f64)> = swept
@@ -295,8 +303,7 @@ fn report(swept: &Swept) -> Report {
         &swept.scenario[..],
         "the same scenario planned for each value",
     );
-    let caption = "Sums are over planned drones: where fewer are planned they are lower for that.";
-    let figure = curves::draw("sweep", (title, caption), setting, &curves);
+    let figure = curves::draw("sweep", (title, FEWER), setting, &curves);
     report.section("", figure.into_iter().map(Part::Figure).collect());
     report
 }

@@ -1,7 +1,6 @@
 //! A plan as people read it: which drone arrives when, what the others cost it, and what ignoring
 //! downwash would have meant.
 
-use airflow::effects::Treatment;
 use planner::plan::{DronePlan, IgnoringDownwash, Plan, ZoneAir};
 use planner::verify::lateness::LATEST_S;
 use viewer::Bottlenecks;
@@ -64,13 +63,9 @@ fn heading(plan: &Plan) -> String {
     if !plan.zones.is_empty() {
         text += &format!(", {}", count(plan.zones.len(), "zone", "zones"));
     }
-    if let Some(effects) = &plan.air.effects {
-        let flown = effects.treatments().into_iter();
-        let flown = flown.filter(|(_, it)| !matches!(it, Treatment::Ignored(_)));
-        let names: Vec<&str> = flown.map(|(name, _)| name).collect();
-        if !names.is_empty() {
-            text += &format!(", air with {}", names.join(", "));
-        }
+    let effects = plan.flown_effects();
+    if !effects.is_empty() {
+        text += &format!(", air with {}", effects.join(", "));
     }
     text
 }

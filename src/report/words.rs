@@ -98,8 +98,10 @@ pub(crate) fn wrote(files: &[PathBuf]) -> String {
         return String::new();
     };
     let names = others.iter().filter_map(|path| path.file_name());
-    let names: Vec<_> = names.map(|name| name.to_string_lossy()).collect();
-    format!("\nwrote {}  {}\n", first.display(), names.join("  "))
+    let names: String = names
+        .map(|name| format!("  {}", name.to_string_lossy()))
+        .collect();
+    format!("\nwrote {}{names}\n", first.display())
 }
 
 /// Below what names it.

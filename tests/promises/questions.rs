@@ -486,6 +486,7 @@ fn plans_of_different_scenarios_are_compared_with_a_remark_of_what_differs() {
     other["bounds_m"]["max"] = serde_json::json!([12, 12, 8]);
     other["drones"][0]["airframe"] = "crazyflie-2.1".into();
     other["drones"][0]["trajectory"]["position_m"][0] = serde_json::json!([0, 6, 2]);
+    other["drones"][0]["trajectory"]["position_m"][1] = serde_json::json!([11, 7, 2]);
     other["drones"][1]["name"] = "third".into();
     other["cell_m"] = 0.5.into();
     fs::write(folder.join("b.json"), other.to_string()).unwrap();
@@ -493,7 +494,7 @@ fn plans_of_different_scenarios_are_compared_with_a_remark_of_what_differs() {
     let told: Value = serde_json::from_str(&told).expect(&errors);
     let differs = serde_json::json!({
         "only_in_a": ["second"], "only_in_b": ["third"], "airframe": ["first"],
-        "start": ["first"], "place": ["bounds"],
+        "start": ["first"], "end": ["first"], "place": ["bounds"],
     });
     assert_eq!(told["differs"], differs);
     assert_eq!(told["a"]["cell_m"], Value::Null);
@@ -503,6 +504,7 @@ fn plans_of_different_scenarios_are_compared_with_a_remark_of_what_differs() {
         "plans of different scenarios",
         "only in A: 1 drone, `second`",
         "only in B: 1 drone, `third`",
+        "Planned in A alone: `second`.",
         "the place: other bounds",
         "cells (m)",
     ] {

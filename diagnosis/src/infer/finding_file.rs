@@ -113,8 +113,8 @@ pub struct NoFinding(ron::error::SpannedError);
 pub struct FindingFile {
     /// Every effect and fault that is named and applied.
     pub correction: Hypothesis,
-    /// Names of those.
-    pub names: Vec<String>,
+    /// Names of those, whatever the file says of them beside.
+    pub names: Vec<&'static str>,
     /// Names of the recordings that it was found in.
     pub recordings: Vec<String>,
     /// Those that began part-way through the recording that they were found in, each with when (s).
@@ -160,14 +160,23 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         let at = effect.parameters.get("t0")?;
         Some((effect.name.clone(), at.value))
     };
-    let begun = named.iter().filter_map(moment).collect();
+    let mut begun: Vec<(String, f64)> = named.iter().filter_map(moment).collect();
+    let since_s = effects.payload_mass.map(|payload| payload.since_s);
+    if let Some(since_s) = since_s.filter(|it| it.is_finite() && *it > 0.0)
+        && !begun.iter().any(|(name, _)| name == "payload_mass")
+    {
+        begun.push(("payload_mass".to_owned(), since_s));
+    }
     let of_probe = |effect: &Effect| Some((effect.name.clone(), effect.probe?));
     let of_one_probe = named.iter().filter_map(of_probe).collect();
     // The one effect of the air that has its moment within.
     effects.payload_mass = effects
         .payload_mass
         .map(|payload| PayloadMass::always(payload.mass_factor));
+    let of_effects = effects.treatments().into_iter().map(|(name, _)| name);
+    let names = wake.map(|_| "downwash").into_iter().chain(of_effects);
     Ok(FindingFile {
+        names: names.chain(sensor.names()).collect(),
         correction: Hypothesis {
             effects,
             sensor,
@@ -177,10 +186,6 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         begun,
         of_one_probe,
         recordings,
-        names: { named.into_iter() }
-            .filter(|effect| effect.probe.is_none())
-            .map(|effect| effect.name)
-            .collect(),
     })
 }
 
@@ -275,6 +280,19 @@ mod tests {
         assert_eq!(file.begun, [("payload_mass".to_owned(), 42.0)]);
         let payload = file.correction.effects.payload_mass;
         assert_eq!(payload, Some(PayloadMass::always(1.2)));
+    }
+
+    #[test]
+    fn what_is_applied_is_named_whatever_the_file_says_of_it_beside() {
+        let text = "Finding(effects: (payload_mass: (mass_factor: 1.2, since_s: 500)), sensor: (gain: 0.1))";
+        let file = read_finding(text).expect("a finding");
+        assert_eq!(file.names, ["payload_mass", "sensor_gain"]);
+        assert_eq!(file.begun, [("payload_mass".to_owned(), 500.0)]);
+        let named = finding_ron(&finding(
+            vec![effect("crossflow", Kind::Physics)],
+            Hypothesis::default(),
+        ));
+        assert!(read_finding(&named).expect("a finding").names.is_empty());
     }
 
     #[test]

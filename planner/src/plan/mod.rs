@@ -14,7 +14,7 @@ pub mod trajectory;
 
 use std::collections::BTreeMap;
 
-use airflow::effects::Effects;
+use airflow::effects::{Effects, Treatment};
 use airflow::{Airframe, Convection, Flown, Jet, Superposition};
 use nalgebra::{Point3, Vector3};
 use schemars::JsonSchema;
@@ -201,6 +201,14 @@ impl Plan {
     /// What its air is flown with beside the hover jets; nothing where that cannot be flown.
     pub fn flown(&self) -> Flown {
         Flown::of(&self.air.effects.unwrap_or_default()).unwrap_or_default()
+    }
+
+    /// Names of the effects that its air is flown with.
+    pub fn flown_effects(&self) -> Vec<&'static str> {
+        let effects = self.air.effects.unwrap_or_default().treatments();
+        let flown = effects.into_iter();
+        let flown = flown.filter(|(_, it)| !matches!(it, Treatment::Ignored(_)));
+        flown.map(|(name, _)| name).collect()
     }
 
     /// The convective delay of air, as the plan states it and as its effects have it; `None`: wakes

@@ -735,8 +735,8 @@ impl<'a> Exposed<'a> {
         (least_s, least_open_s.unwrap_or(f64::INFINITY))
     }
 
-    /// The air that all others may bring to a part with the limit held whatever a wake brings (m/s):
-    /// superposed, they and it are no more than both together.
+    /// The air that all others may bring to a part with the limit held whatever a wake brings
+    /// (m/s): superposed, they and it are no more than both together.
     pub(super) fn left_beside_mps(&self, part: &Subdomain, emitter: ShiftedEmitter) -> f64 {
         self.cleared_mps() - self.rough_mps(part, emitter)
     }

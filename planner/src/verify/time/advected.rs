@@ -29,8 +29,8 @@ use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
 
-/// Spans of leaving no longer than this, and those whose air arrives within as much, are not divided
-/// (s), chosen here: 0.2 mm of path at 2 m/s.
+/// Spans of leaving no longer than this, and those whose air arrives within as much, are not
+/// divided (s), chosen here: 0.2 mm of path at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;
 /// Nor those shorter than this part of the span of arrival, or of what the range of heights makes
 /// of it; chosen here.
