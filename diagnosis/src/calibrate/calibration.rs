@@ -357,6 +357,8 @@ pub struct Counts {
     pub read: usize,
     /// Readings used in the far field.
     pub far: usize,
+    /// Of those the ones that the joint fit compares: below drones without cant.
+    pub fitted: usize,
     /// Readings used in the near field.
     pub near: usize,
     /// Grid cells of single flights that the joint fit compares.
@@ -457,7 +459,7 @@ pub fn jet_ron(calibration: &Calibration) -> String {
     let (goodness, counts) = (&calibration.goodness, &calibration.counts);
     let fit = format!("// {}\n    fit", goodness.sentence);
     member(&fit, format!("{:?}", goodness.verdict));
-    member("readings", counts.far.to_string());
+    member("readings", counts.fitted.to_string());
     member("cells", counts.cells.to_string());
     member("flights", jet.gains.len().to_string());
     // Rust and RON escape a text alike.

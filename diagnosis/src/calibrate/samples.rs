@@ -128,6 +128,11 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
         }
     }
     gathered.counts.far = gathered.far.len();
+    let is_fitted = |sample: &&Sample| {
+        let drone = gathered.flights[sample.flight].drone;
+        !gathered.drones[drone].airframe.fit_excludes()
+    };
+    gathered.counts.fitted = gathered.far.iter().filter(is_fitted).count();
     gathered.counts.near = gathered.near.len();
     let dropped = dropped.into_iter();
     let dropped = dropped.map(|(reason, samples)| DroppedCount { reason, samples });

@@ -194,6 +194,8 @@ pub enum ClosedBy {
     Clearance(f64),
     /// A gap that is too narrow, or an unknown cause.
     Gap,
+    /// What is above or beside its pad: it goes straight up by so much (m) before it turns.
+    TakeOff(f64),
 }
 
 impl fmt::Display for ClosedBy {
@@ -218,6 +220,11 @@ impl fmt::Display for ClosedBy {
                 as_typed(*clearance_m)
             ),
             ClosedBy::Gap => f.write_str("widen the gap, or fly a smaller airframe"),
+            ClosedBy::TakeOff(rises_m) => write!(
+                f,
+                "from its pad it goes straight up by {rises_m:.2} m before it turns, and what is above or beside it \
+                 is in the way: clear it, or begin elsewhere"
+            ),
         }
     }
 }
@@ -584,7 +591,10 @@ impl GoalConflict {
             });
         let during = meeting.during_s.map_or(String::new(), |during_s| {
             let [from_s, until_s] = during_s.map(as_typed);
-            format!(" ({from_s} to {until_s} s)")
+            match from_s == until_s {
+                true => format!(" (at {from_s} s)"),
+                false => format!(" ({from_s} to {until_s} s)"),
+            }
         });
         there + &during
     }

@@ -24,7 +24,7 @@ use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
 use crate::solver::endpoints::{self, Excluded, Exclusions, MOST_ALONE};
 use crate::solver::fleet::{MOST_PARTS_LAST, tried};
-use crate::solver::prepare::Job;
+use crate::solver::prepare::{Job, start_of};
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
 use crate::solver::refusals::{
     LARGEST_GROUP, RetriedGroup, divided_cells_m, joined, obstructions_of,
@@ -362,6 +362,10 @@ impl Refusals<'_> {
         let typed = &world.drones[drone.0 as usize];
         let from_m = job.roadmap.position_m(from(task));
         let to_m = typed.tasks.get(task)?.to_m;
+        let mut above = job.roadmap.edges_beyond(agent.start);
+        let is_grounded = task == 0 && agent.grounded && !above.any(|(_, edge)| edge.is_lift);
+        let pad = is_grounded.then(|| start_of(world, typed, from_m, true));
+        let take_off = pad.and_then(|pad| pad.lift_m);
         Some(MissingPath {
             from_m,
             task: task + 1,
@@ -374,7 +378,7 @@ impl Refusals<'_> {
             },
             closed_by: match closed {
                 Some(_) => closed_by(world, typed.vehicle.body_radius_m, [from_m, to_m]),
-                None => ClosedBy::Gap,
+                None => take_off.map_or(ClosedBy::Gap, ClosedBy::TakeOff),
             },
         })
     }

@@ -260,7 +260,11 @@ fn counts(found: &Calibration) -> Part {
     });
     let used = [
         ("read".to_owned(), counts.read),
-        ("used, far field".to_owned(), counts.far),
+        ("fitted, far field".to_owned(), counts.fitted),
+        (
+            "beside the fit, far field below canted drones".to_owned(),
+            counts.far - counts.fitted,
+        ),
         ("used, near field".to_owned(), counts.near),
     ];
     let row = |(what, samples): (String, usize)| vec![what, samples.to_string()];

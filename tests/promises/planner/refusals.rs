@@ -4,7 +4,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Point3;
 use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
-use planner::scenario::world::{Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone};
+use planner::scenario::world::{
+    AtStart, Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone,
+};
 use planner::verify::examination::examine;
 use planner::{Control, FailureCause, Outcome, Planned, plan_world};
 
@@ -215,6 +217,17 @@ fn what_closes_the_way_is_named() {
         .push(block("wall", [5.0, 0.0, 0.0], [5.5, 4.0, 3.0]));
     assert_eq!(closed_by(&walled), ClosedBy::Solids);
     assert_eq!(closed_by_gap(), ClosedBy::Gap);
+    // A table over the pad, of which there is a way at the same height.
+    let mut below = alley();
+    below.drones[0].at_start = AtStart::Landed;
+    below.drones[0].start_m.z = 0.0959;
+    below
+        .obstacles
+        .push(block("table", [0.2, 1.0, 0.5], [2.0, 3.0, 0.6]));
+    let ClosedBy::TakeOff(rises_m) = closed_by(&below) else {
+        panic!("{:?}", closed_by(&below));
+    };
+    assert!((0.5..0.9).contains(&rises_m), "{rises_m}");
     let mut wide = alley();
     wide.planning.clearance_m = 3.0;
     wide.obstacles
