@@ -415,7 +415,8 @@ const label = () => {
     const span = box.children[k], there = project(at);
     if (span.textContent !== text) span.textContent = text;
     span.className = kind;
-    span.style.transform = `translate(${(there.x - origin.left + 6).toFixed(1)}px,${(there.y - origin.top - 18).toFixed(1)}px)`;
+    const beside = there.x - origin.left + 6, left = beside < origin.width ? Math.min(beside, origin.width - span.offsetWidth) : beside;
+    span.style.transform = `translate(${left.toFixed(1)}px,${(there.y - origin.top - 18).toFixed(1)}px)`;
     span.hidden = there.behind;
   });
 };
@@ -492,7 +493,9 @@ const build = () => {
   if (stops.length) {
     add('h3', data.drones.length > 1 ? 'waits; had it gone on at once, it would have met' : 'waits');
     const ul = add('ul');
-    for (const [from, until, , other, costs] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s, later by ${number(costs)} s: `); if (other === null) li.append('no single drone: several wakes together, or others\u2019 plans; see plan explain'); else link(other, li); }
+    for (const [from, until, , other, costs] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s, later by ${number(costs)} s: `); if (other === null) li.append('several wakes together, or others\u2019 plans: plan explain tries each'); else link(other, li); }
+    const rest = chosen.waits_s - stops.reduce((sum, it) => sum + it[4], 0);
+    if (rest > 0.1) add('li', `${number(rest)} s more by flying slower or farther: see plan explain`, ul);
   }
   if (chosen.meets.length) {
     add('h3', 'wakes it meets');
@@ -554,7 +557,13 @@ const tell = () => {
 };
 const remember = () => { const part = `#t=${number(now, 2)}` + (chosen ? '&drone=' + encodeURIComponent(chosen.name) : ''); try { history.replaceState(null, '', part); } catch (_) { /* a page in a frame has no address */ } };
 const seek = at => { now = Math.min(Math.max(Number.isFinite(at) ? at : 0, 0), end); dirty = true; if (!playing) remember(); };
-const pick = drone => { chosen = drone || null; if (!chosen) follow = false; drawPath(chosen); drawFlownPath(chosen); build(); resize(); drawRows(); dirty = true; if (!playing) remember(); };
+// Brings the row of the chosen drone into sight.
+const reveal = () => {
+  if (!chosen) return;
+  const box = $('lines'), top = chosen.index * ROW;
+  if (top < box.scrollTop || top + ROW > box.scrollTop + box.clientHeight) box.scrollTop = top - (box.clientHeight - ROW) / 2;
+};
+const pick = drone => { chosen = drone || null; if (!chosen) follow = false; drawPath(chosen); drawFlownPath(chosen); build(); resize(); drawRows(); reveal(); dirty = true; if (!playing) remember(); };
 const play = on => { playing = on; $('play').textContent = on ? 'pause' : 'play'; if (on && now >= end) now = 0; started = performance.now(); dirty = true; if (!on) remember(); };
 const fit = () => {
   moved = false;

@@ -591,10 +591,7 @@ impl GoalConflict {
             });
         let during = meeting.during_s.map_or(String::new(), |during_s| {
             let [from_s, until_s] = during_s.map(as_typed);
-            match from_s == until_s {
-                true => format!(" (at {from_s} s)"),
-                false => format!(" ({from_s} to {until_s} s)"),
-            }
+            format!(" ({from_s} to {until_s} s)")
         });
         there + &during
     }

@@ -317,14 +317,14 @@ impl Site {
             .is_some_and(|[_, until_s]| until_s == f64::INFINITY)
     }
 
-    /// From and until when both are there (s), for a moment at least, if they are for certain;
-    /// `Some(None)`: it is not known when.
+    /// From and until when both are there (s), if they are for certain; `Some(None)`: it is not
+    /// known when.
     pub(super) fn together_s(&self, other: &Site) -> Option<Option<[f64; 2]>> {
         match (self.during_s, other.during_s) {
             _ if self.drone == other.drone => None,
             (Some(one_s), Some(other_s)) => {
                 let both_s = [one_s[0].max(other_s[0]), one_s[1].min(other_s[1])];
-                (both_s[0] <= both_s[1]).then_some(Some(both_s))
+                (both_s[0] < both_s[1]).then_some(Some(both_s))
             }
             (None, Some(always_s)) | (Some(always_s), None) => {
                 (always_s == ALWAYS_S).then_some(None)
