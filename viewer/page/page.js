@@ -494,9 +494,9 @@ const build = () => {
     add('h3', data.drones.length > 1 ? 'waits; had it gone on at once, it would have met' : 'waits');
     const ul = add('ul');
     for (const [from, until, , other, costs] of stops) { const li = add('li', '', ul); moment(from, li); li.append(` for ${number(until - from)} s, later by ${number(costs)} s: `); if (other === null) li.append('several wakes together, or others\u2019 plans: plan explain tries each'); else link(other, li); }
-    const rest = chosen.waits_s - stops.reduce((sum, it) => sum + it[4], 0);
-    if (rest > 0.1) add('li', `${number(rest)} s more by flying slower or farther: see plan explain`, ul);
   }
+  const rest = chosen.waits_s - stops.reduce((sum, it) => sum + it[4], 0);
+  if (rest > 0.1 && !chosen.unplanned) add('p', `waits ${number(rest)} s ${stops.length ? 'more ' : ''}by flying slower, without a stop`);
   if (chosen.meets.length) {
     add('h3', 'wakes it meets');
     const ul = add('ul');
@@ -718,7 +718,7 @@ const failed = data.violation_count;
 $('status').textContent = failed ? `${data.status}: ${failed} violation${failed === 1 ? '' : 's'}` : data.status;
 $('status').classList.toggle('bad', data.status !== 'safe');
 $('facts').textContent = `${fleet} drones, ${size.map(it => Number(it.toFixed(1))).join(' \u00d7 ')} m, ${number(end)} s` + (data.convection ? ', advected wakes' : ', quasi-static wakes') + `, margins ${number(data.margins.time_s, 2)} s and ${number(data.margins.tracking_m, 2)} m`;
-$('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>' + (data.drones.some(it => it.stops.some(stop => stop[2] === 'stop')) ? 'stops' : 'dwells') + '<i style="background:var(--ground)"></i>on the ground<i style="background:color-mix(in srgb,var(--card) 45%,var(--fly))"></i>in the air when done<br>air over its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';
+$('legend').innerHTML = '<i style="background:var(--fly)"></i>flies<i style="background:var(--wait)"></i>waits<i style="background:var(--dwell)"></i>' + (data.drones.some(it => it.stops.some(stop => stop[2] === 'stop')) ? 'stops' : 'dwells') + '<i style="background:var(--ground)"></i>on the ground<i style="background:color-mix(in srgb,var(--card) 45%,var(--fly))"></i>in the air when done' + (many ? '' : '<i style="background:var(--worst)"></i>in a wake') + (data.drones.some(it => it.unplanned) ? '<i style="background:#cc79a7"></i>not planned' : '') + '<br>air, as a share of its limit 0<b style="background:linear-gradient(90deg,#3b76af,#e8a33d,#d55e00)"></b>1';
 $('names').setAttribute('aria-pressed', showNames);
 if (matchMedia('(prefers-color-scheme: dark)').matches) document.documentElement.classList.add('dark');
 paint();
