@@ -198,7 +198,7 @@ fn is_at_most(slice: &Slice<'_>, asked_mps: f64, known_air: &Mutex<KnownAir>) ->
     let known = || known_air.lock().unwrap_or_else(PoisonError::into_inner);
     let before = *known();
     before.is_at_most(asked_mps).unwrap_or_else(|| {
-        let now = slice.known_beside(asked_mps);
+        let now = slice.known_air(asked_mps);
         known().narrow(now);
         now.is_at_most(asked_mps) == Some(true)
     })

@@ -503,8 +503,8 @@ impl Slice<'_> {
 
     /// What is known of the highest mean air over the receiver's discs with every drone on time, at
     /// every lag of the air, once it is known to be more than asked for or no more (m/s).
-    pub(super) fn known_beside(&self, asked_mps: f64) -> KnownAir {
-        self.exposed.known_beside(self.whole(0.0), asked_mps)
+    pub(super) fn known_air(&self, asked_mps: f64) -> KnownAir {
+        self.exposed.known_air(self.whole(0.0), asked_mps)
     }
 
     /// All of it, every clock by itself up to a margin early or late (s).
@@ -743,7 +743,7 @@ impl<'a> Exposed<'a> {
 
     /// What is known of the highest mean air over a part once it is known to be more than asked for
     /// or no more (m/s), as far as [`PARTS_BOUNDED`] tell.
-    fn known_beside(&self, whole: Subdomain, asked_mps: f64) -> KnownAir {
+    fn known_air(&self, whole: Subdomain, asked_mps: f64) -> KnownAir {
         let how = self.scene.superposition;
         let mut known = KnownAir::default();
         let mut open = Queue::new();
