@@ -6,15 +6,13 @@
 //! halves of `d`. Bodies keep to their radii alone: how far a drone may be off its path is the
 //! plan's margin, not this one.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::contents;
-use super::shifted_air::{
-    KnownAir, ShiftedEmitter, Slice, Subdomain, exceeds, slices, within_reach_s,
-};
+use super::shifted_air::{ShiftedEmitter, Slice, Subdomain, exceeds, slices, within_reach_s};
 use super::shifted_pairs::{Broken, Pair};
 use super::zone;
 use crate::plan::{Plan, ViolationKind, Zone, failed};
@@ -61,11 +59,11 @@ pub(crate) fn of_scene(
     let slices: Vec<Vec<Slice<'_>>> = (flights().zip(&on_time))
         .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
         .collect();
-    let unknown = |of: &Vec<Slice<'_>>| of.iter().map(|_| Mutex::default()).collect();
+    let unknown = |of: &Vec<Slice<'_>>| of.iter().map(|_| OnceLock::new()).collect();
     let fleet = NearFlights {
         scene,
         near: &near,
-        on_time: slices.iter().map(unknown).collect(),
+        bounds_mps: slices.iter().map(unknown).collect(),
         is_over: (flights().zip(&on_time))
             .map(|((_, flight), near)| exceeds(scene, near, flight))
             .collect(),
@@ -89,8 +87,8 @@ struct NearFlights<'a> {
     near: &'a [Vec<Encounter>],
     /// The flight of each in slices, with those near it on time.
     slices: Vec<Vec<Slice<'a>>>,
-    /// What is known so far of the air of each slice with all on time.
-    on_time: Vec<Vec<Mutex<KnownAir>>>,
+    /// Of each slice an upper bound of its air with all on time (m/s), once it is asked for.
+    bounds_mps: Vec<Vec<OnceLock<f64>>>,
     /// Whether each exceeds its limit of air on time.
     is_over: Vec<bool>,
 }
@@ -175,13 +173,13 @@ impl NearFlights<'_> {
             let first = counts_s.partition_point(|it| it.1 <= from_s);
             counts_s.get(first).is_some_and(|it| it.0 < until_s)
         };
-        let slices = self.slices[other].iter().zip(&self.on_time[other]);
-        for (slice, known_air) in slices.filter(|(it, _)| counts(it.span_s)) {
+        let slices = self.slices[other].iter().zip(&self.bounds_mps[other]);
+        for (slice, bound_mps) in slices.filter(|(it, _)| counts(it.span_s)) {
             let behind = ShiftedEmitter::new(k, 0);
             let shift_s = shift_s(known.late_s);
             let alone = part_of(slice, shift_s, Vec::new());
-            let left_mps = slice.exposed.left_beside_mps(&alone, behind);
-            if is_at_most(slice, left_mps, known_air) {
+            let on_time_mps = *bound_mps.get_or_init(|| slice.bound_mps());
+            if slice.exposed.bears(&alone, behind, on_time_mps) {
                 continue;
             }
             let on_time = slice.met.iter().filter(|&&from| from != k);
@@ -190,18 +188,6 @@ impl NearFlights<'_> {
             known.by_air(slice, emitters.collect(), shift_s, receiver);
         }
     }
-}
-
-/// Whether the air of a slice with all on time is no more than asked for (m/s), as far as that can
-/// be told: the same answer however much is known before.
-fn is_at_most(slice: &Slice<'_>, asked_mps: f64, known_air: &Mutex<KnownAir>) -> bool {
-    let known = || known_air.lock().unwrap_or_else(PoisonError::into_inner);
-    let before = *known();
-    before.is_at_most(asked_mps).unwrap_or_else(|| {
-        let now = slice.known_air(asked_mps);
-        known().narrow(now);
-        now.is_at_most(asked_mps) == Some(true)
-    })
 }
 
 /// Whether `wreck` lies where `late` came down, as late as that drone came.

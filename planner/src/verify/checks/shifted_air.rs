@@ -60,9 +60,10 @@ const PARTS_REPORTED: usize = 4_000;
 /// What is not higher by this, over U_H, is not reported as higher, chosen here: below the
 /// hundredths that are printed.
 const REPORTED_ALPHA: f64 = 2e-3;
-/// Parts of one slice of time that are looked at before its air counts as more than is asked for,
-/// chosen here: an answer serves where the air is far below the limit.
+/// Parts of one slice of time that are looked at for a bound, and how far it may be above what is
+/// found, over U_H: chosen here, a bound serves where the air is far below the limit.
 const PARTS_BOUNDED: usize = 1_000;
+const BOUND_ALPHA: f64 = 0.02;
 /// Resolution of the start and end of a violation (s): chosen here, the hundredths that are
 /// printed.
 const EXTENT_S: f64 = 0.01;
@@ -417,41 +418,6 @@ pub(crate) struct Bounded<'a> {
     most_mps: f64,
 }
 
-/// What is known of the highest mean air over a part (m/s).
-#[derive(Clone, Copy)]
-pub(super) struct KnownAir {
-    /// It is found somewhere.
-    least_mps: f64,
-    /// It is nowhere exceeded.
-    most_mps: f64,
-}
-
-impl Default for KnownAir {
-    /// Nothing is.
-    fn default() -> KnownAir {
-        KnownAir {
-            least_mps: 0.0,
-            most_mps: f64::INFINITY,
-        }
-    }
-}
-
-impl KnownAir {
-    /// Whether it is no more than asked for (m/s); `None`: that is not known.
-    pub(super) fn is_at_most(&self, asked_mps: f64) -> Option<bool> {
-        if self.most_mps <= asked_mps {
-            return Some(true);
-        }
-        (self.least_mps > asked_mps).then_some(false)
-    }
-
-    /// Takes over what else is known of the same.
-    pub(super) fn narrow(&mut self, other: KnownAir) {
-        self.least_mps = self.least_mps.max(other.least_mps);
-        self.most_mps = self.most_mps.min(other.most_mps);
-    }
-}
-
 /// What is open, each with a key: the highest comes first, of equals the last.
 struct Queue<K, T> {
     keys: BinaryHeap<(K, usize)>,
@@ -501,10 +467,10 @@ impl Slice<'_> {
         self.exposed.scene.lags()
     }
 
-    /// What is known of the highest mean air over the receiver's discs with every drone on time, at
-    /// every lag of the air, once it is known to be more than asked for or no more (m/s).
-    pub(super) fn known_air(&self, asked_mps: f64) -> KnownAir {
-        self.exposed.known_air(self.whole(0.0), asked_mps)
+    /// An upper bound of the mean air over the receiver's discs with every drone on time, at every
+    /// lag of the air (m/s).
+    pub(super) fn bound_mps(&self) -> f64 {
+        self.exposed.bound_mps(self.whole(0.0))
     }
 
     /// All of it, every clock by itself up to a margin early or late (s).
@@ -735,44 +701,45 @@ impl<'a> Exposed<'a> {
         (least_s, least_open_s.unwrap_or(f64::INFINITY))
     }
 
-    /// The air that all others may bring to a part with the limit held whatever a wake brings
-    /// (m/s): superposed, they and it are no more than both together.
-    pub(super) fn left_beside_mps(&self, part: &Subdomain, emitter: ShiftedEmitter) -> f64 {
-        self.cleared_mps() - self.rough_mps(part, emitter)
+    /// Whether the limit holds throughout a part, whatever else is there, of which there is at most
+    /// so much (m/s): superposed, it and a wake are no more than both together.
+    pub(super) fn bears(&self, part: &Subdomain, emitter: ShiftedEmitter, most_mps: f64) -> bool {
+        let cleared_mps = self.cleared_mps();
+        most_mps <= cleared_mps && most_mps + self.rough_mps(part, emitter) <= cleared_mps
     }
 
-    /// What is known of the highest mean air over a part once it is known to be more than asked for
-    /// or no more (m/s), as far as [`PARTS_BOUNDED`] tell.
-    fn known_air(&self, whole: Subdomain, asked_mps: f64) -> KnownAir {
+    /// An upper bound of the mean air over a part (m/s), by no more than [`BOUND_ALPHA`] where that
+    /// many parts are enough.
+    fn bound_mps(&self, whole: Subdomain) -> f64 {
         let how = self.scene.superposition;
-        let mut known = KnownAir::default();
+        let within_mps = BOUND_ALPHA * self.u_h_mps;
+        let mut found_mps = 0.0_f64;
         let mut open = Queue::new();
         open.push(f64::MAX.to_bits(), whole);
         for _ in 0..PARTS_BOUNDED {
-            if known.is_at_most(asked_mps).is_some() {
-                break;
-            }
-            let Some((_, part)) = open.pop() else {
+            let Some((high, part)) = open.pop() else {
                 break;
             };
-            if let Some(window_s) = self.feasible_s(&part) {
-                let passing = part.emitters.iter().map(|it| self.passing(&part, *it));
-                let passing: Vec<Vec<Passing<'a>>> = passing.collect();
-                let rough: Vec<f64> = passing.iter().map(|it| rough_of_mps(it)).collect();
-                let high_mps = superpose(how, rough.iter().copied()).min(self.high_mps(&passing));
-                if high_mps > known.least_mps {
-                    let found_mps = self.worst_of(&part, window_s, &passing).mean_mps;
-                    known.least_mps = known.least_mps.max(found_mps);
-                    for half in self.halves(part, &rough, &passing).into_iter().flatten() {
-                        open.push(high_mps.to_bits(), half);
-                    }
-                }
+            if f64::from_bits(high) <= found_mps + within_mps {
+                break;
             }
-            // What is too short to be halved is as its middle, to the tolerance of the limit.
-            let open_mps = open.next_key().map_or(0.0, f64::from_bits);
-            known.most_mps = open_mps.max(known.least_mps + ALPHA_TOLERANCE * self.u_h_mps);
+            let Some(window_s) = self.feasible_s(&part) else {
+                continue;
+            };
+            let passing = part.emitters.iter().map(|it| self.passing(&part, *it));
+            let passing: Vec<Vec<Passing<'a>>> = passing.collect();
+            let rough: Vec<f64> = passing.iter().map(|it| rough_of_mps(it)).collect();
+            let high_mps = superpose(how, rough.iter().copied()).min(self.high_mps(&passing));
+            found_mps = found_mps.max(self.worst_of(&part, window_s, &passing).mean_mps);
+            if high_mps <= found_mps + within_mps {
+                continue;
+            }
+            for half in self.halves(part, &rough, &passing).into_iter().flatten() {
+                open.push(high_mps.to_bits(), half);
+            }
         }
-        known
+        let open_mps = open.next_key().map_or(0.0, f64::from_bits);
+        open_mps.max(found_mps + within_mps)
     }
 
     /// Looks at a part: on bounds, then at some of its moments. What is no more than a few percent
