@@ -260,25 +260,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         }
         all
     };
-    let theirs = arrivals(&found_b);
-    let both = arrivals(&found_a).into_iter().filter_map(|(drone, a_s)| {
-        let b_s = *theirs.get(&drone)?;
+    let (in_a, in_b) = (arrivals(&found_a), arrivals(&found_b));
+    let both = in_a.iter().filter_map(|(drone, a_s)| {
         Some(Both {
-            drone,
-            arrives_s: [a_s, b_s],
+            drone: drone.clone(),
+            arrives_s: [*a_s, *in_b.get(drone)?],
         })
     });
     let mut drones: Vec<Both> = both.collect();
     let apart_s = |it: &Both| (it.arrives_s[1] - it.arrives_s[0]).abs();
     drones.sort_by(|x, y| apart_s(y).total_cmp(&apart_s(x)));
-    let alone = |one: &Examination, other: &Examination| -> Vec<String> {
-        let theirs = arrivals(other);
-        let own = arrivals(one).into_keys();
-        own.filter(|name| !theirs.contains_key(name)).collect()
+    let alone = |one: &BTreeMap<String, f64>, other: &BTreeMap<String, f64>| {
+        let names = one.keys().filter(|name| !other.contains_key(*name));
+        names.cloned().collect()
     };
     let compared = Compared {
-        planned_in_a_alone: alone(&found_a, &found_b),
-        planned_in_b_alone: alone(&found_b, &found_a),
+        planned_in_a_alone: alone(&in_a, &in_b),
+        planned_in_b_alone: alone(&in_b, &in_a),
         a: figures(&a.plan, &found_a),
         b: figures(&b.plan, &found_b),
         differs: Differs::of(&a.plan, &b.plan),

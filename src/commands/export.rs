@@ -172,12 +172,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     print(&match arguments.format {
         Format::Text => {
             // A file of each drone is named in the manifest alone.
-            let named = if paths.len() > FILES_NAMED {
-                1
-            } else {
-                paths.len()
+            let named = match paths.len() > FILES_NAMED {
+                true => &paths[..1],
+                false => &paths,
             };
-            text(&made.manifest, paths.len() - 1) + &wrote(&paths[..named])
+            text(&made.manifest, paths.len() - 1) + &wrote(named)
         }
         Format::Json => files::json(&Printed {
             manifest: &made.manifest,

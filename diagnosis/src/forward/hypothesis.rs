@@ -59,23 +59,6 @@ fn is_unbounded(value: &f64) -> bool {
     value.is_infinite()
 }
 
-impl Sensor {
-    /// Names of the faults that it has.
-    pub fn names(&self) -> Vec<&'static str> {
-        let drifts = self.gain_drift_per_h != 0.0 || self.offset_drift_per_h != 0.0;
-        let faults = [
-            ("sensor_gain", self.gain != 0.0),
-            ("sensor_offset", self.offset != 0.0),
-            ("sensor_drift", drifts),
-            ("sensor_lag", self.lag_s != 0.0),
-            ("sensor_saturation", self.saturation.is_finite()),
-            ("clock_misalignment", self.clock_s != 0.0),
-        ];
-        let own = faults.into_iter().filter(|(_, is_own)| *is_own);
-        own.map(|(name, _)| name).collect()
-    }
-}
-
 impl Default for Sensor {
     fn default() -> Sensor {
         Sensor {

@@ -7,8 +7,9 @@ use ron::ser::PrettyConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::forward::hypothesis::{Hypothesis, Sensor};
-use crate::infer::candidates::Kind;
+use crate::infer::candidates::{CLOCK, DRIFT, GAIN, Kind, LAG, OFFSET};
 use crate::infer::finding::{Effect, Finding, HeldOut, Verdict};
+use crate::infer::scopes::SATURATION;
 
 /// The members of `Finding( ... )`, in their order.
 #[derive(Serialize)]
@@ -176,7 +177,7 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
     let of_effects = effects.treatments().into_iter().map(|(name, _)| name);
     let names = wake.map(|_| "downwash").into_iter().chain(of_effects);
     Ok(FindingFile {
-        names: names.chain(sensor.names()).collect(),
+        names: names.chain(faults(&sensor)).collect(),
         correction: Hypothesis {
             effects,
             sensor,
@@ -187,6 +188,22 @@ pub fn read_finding(text: &str) -> Result<FindingFile, NoFinding> {
         of_one_probe,
         recordings,
     })
+}
+
+/// Names of the faults that an instrument has.
+fn faults(sensor: &Sensor) -> impl Iterator<Item = &'static str> {
+    let drifts = sensor.gain_drift_per_h != 0.0 || sensor.offset_drift_per_h != 0.0;
+    let faults = [
+        (GAIN.name, sensor.gain != 0.0),
+        (OFFSET.name, sensor.offset != 0.0),
+        (DRIFT.name, drifts),
+        (LAG.name, sensor.lag_s != 0.0),
+        (SATURATION, sensor.saturation.is_finite()),
+        (CLOCK.name, sensor.clock_s != 0.0),
+    ];
+    faults
+        .into_iter()
+        .filter_map(|(name, is_its)| is_its.then_some(name))
 }
 
 #[cfg(test)]

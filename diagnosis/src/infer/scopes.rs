@@ -36,7 +36,7 @@ const OWN_TIME: [&str; 3] = ["payload_mass", "recirculation", "sensor_drift"];
 /// below one does what an offset does.
 const OF_ONE: [&str; 3] = ["sensor_gain", "sensor_lag", SATURATION];
 /// Its parameter is over the highest reading.
-const SATURATION: &str = "sensor_saturation";
+pub(crate) const SATURATION: &str = "sensor_saturation";
 /// What settles a fault of one probe.
 const EXCHANGED: &str = "that probe and another one exchanged, and the same flight once more: what stays with the place is no fault of the probe";
 
