@@ -18,29 +18,67 @@ const MOST_SPACINGS: usize = 4;
 /// A gap in which this many times the room of two side by side is left has lanes on any lattice.
 const WIDE: f64 = 2.0;
 
+/// Between what stands in a world, and the sides that bound it.
+struct Gap {
+    /// Along which axis.
+    axis: usize,
+    /// From where to where (m).
+    sides_m: [f64; 2],
+    /// Of each side: whether bodies keep off it, or centres may be on it.
+    keeps_off: [bool; 2],
+}
+
+impl Gap {
+    /// From where to where the centre of a body may be that keeps so far from solids (m).
+    fn centres_m(&self, radius_m: f64) -> [f64; 2] {
+        let [low_m, high_m] = self.sides_m;
+        let off_m = self
+            .keeps_off
+            .map(|keeps| if keeps { radius_m } else { 0.0 });
+        [low_m + off_m[0], high_m - off_m[1]]
+    }
+}
+
 /// The lattices by which some drones of a world may pass one another in its gaps, each with lanes
-/// along both sides of one of them; the narrowest first.
+/// along both sides of one of them; the narrowest first. One body is the largest, the other as
+/// large as the next or the smallest.
 pub(crate) fn spacings(world: &World, drones: &[&Drone]) -> Vec<Spacing> {
     let mut radii_m: Vec<f64> = drones.iter().map(|it| it.vehicle.body_radius_m).collect();
     radii_m.sort_unstable_by(|a, b| b.total_cmp(a));
-    let [largest_m, second_m, ..] = radii_m[..] else {
+    let ([largest_m, second_m, ..], Some(&smallest_m)) = (&radii_m[..], radii_m.last()) else {
         return Vec::new();
     };
-    let planning = &world.planning;
-    let apart_m = largest_m + second_m + planning.gap_to_bodies_m(2);
-    let gaps = gaps(world, largest_m + planning.gap_to_solids_m());
-    let is_lane_pair = |width_m: f64| (apart_m..WIDE * apart_m).contains(&width_m);
-    let mut lanes: Vec<&(usize, f64, f64)> = gaps.iter().collect();
-    // One above the other is in its wake.
-    lanes.retain(|(axis, low_m, high_m)| *axis < 2 && is_lane_pair(high_m - low_m));
-    lanes.sort_by(|a, b| (a.2 - a.1).total_cmp(&(b.2 - b.1)));
+    let off_m = world.planning.gap_to_solids_m();
+    let gaps = gaps(world, largest_m + off_m);
+    // Axis, lower lane, and how far it is to the upper one (m).
+    let mut lanes: Vec<(usize, f64, f64)> = Vec::new();
+    for other_m in [*second_m, smallest_m] {
+        let apart_m = largest_m + other_m + world.planning.gap_to_bodies_m(2);
+        // One above the other is in its wake.
+        for gap in gaps.iter().filter(|gap| gap.axis < 2) {
+            let [of_one_m, of_other_m] = [*largest_m, other_m].map(|it| gap.centres_m(it + off_m));
+            let either_way = [(of_one_m[0], of_other_m[1]), (of_other_m[0], of_one_m[1])];
+            let either_way = either_way.map(|(low_m, high_m)| (gap.axis, low_m, high_m - low_m));
+            lanes.extend(
+                either_way
+                    .iter()
+                    .filter(|it| (apart_m..WIDE * apart_m).contains(&it.2)),
+            );
+        }
+    }
+    lanes.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let heights_m = gaps.iter().filter(|gap| gap.axis == 2);
+    let heights_m: Vec<[f64; 2]> = heights_m
+        .map(|gap| gap.centres_m(largest_m + off_m))
+        .collect();
     let mut found: Vec<Spacing> = Vec::new();
-    for &&(axis, low_m, high_m) in &lanes {
-        let cell_m = high_m - low_m;
+    for (axis, low_m, cell_m) in lanes {
         // Where there is less than a cell of height, a layer may lie beside it.
-        let low_ceilings = gaps.iter().filter(|it| it.0 == 2 && it.2 - it.1 < cell_m);
-        let heights_m = low_ceilings.map(|it| Some(f64::midpoint(it.1, it.2)));
-        for height_m in std::iter::once(None).chain(heights_m) {
+        let low_ceilings = heights_m
+            .iter()
+            .filter(|[low_m, high_m]| high_m - low_m < cell_m);
+        let layers_m = low_ceilings.map(|[low_m, high_m]| Some(f64::midpoint(*low_m, *high_m)));
+        for height_m in std::iter::once(None).chain(layers_m) {
             let mut through_m = [None, None, height_m];
             through_m[axis] = Some(low_m);
             let spacing = Spacing { cell_m, through_m };
@@ -71,36 +109,51 @@ fn is_same(one: &Spacing, other: &Spacing) -> bool {
         && (one.through_m.iter().zip(&other.through_m)).all(is_met)
 }
 
-/// Between what stands in a world, and the sides that bound it: on which axis, and from where to
-/// where the centre of a body may be that keeps so far from solids (m).
-fn gaps(world: &World, radius_m: f64) -> Vec<(usize, f64, f64)> {
+/// The gaps that a body of a radius (m) that keeps so far from solids has its place in.
+fn gaps(world: &World, radius_m: f64) -> Vec<Gap> {
     let (low_m, high_m) = (world.bounds_m.min, world.bounds_m.max);
     let within = |it: &Aabb| (0..3).all(|k| it.maxs[k] > low_m[k] && it.mins[k] < high_m[k]);
     let mut boxes = Solids::of(world).boxes();
     boxes.retain(within);
+    let mut boxes: Vec<(Aabb, bool)> = boxes.into_iter().map(|it| (it, true)).collect();
     boxes.extend(walls(low_m, high_m, radius_m));
     let mut found = Vec::new();
-    for (index, a) in boxes.iter().enumerate() {
-        for b in &boxes[index + 1..] {
+    for (index, (a, a_keeps_off)) in boxes.iter().enumerate() {
+        for (b, b_keeps_off) in &boxes[index + 1..] {
             let gap = gap_between(a, b, 2.0 * radius_m);
-            let gap = gap.map(|(axis, from_m, to_m)| (axis, from_m + radius_m, to_m - radius_m));
-            found.extend(gap.filter(|(_, from_m, to_m)| from_m <= to_m));
+            let gap = gap.map(|(axis, low_m, high_m)| Gap {
+                axis,
+                sides_m: [low_m, high_m],
+                keeps_off: match a.maxs[axis] == low_m {
+                    true => [*a_keeps_off, *b_keeps_off],
+                    false => [*b_keeps_off, *a_keeps_off],
+                },
+            });
+            let has_room = |gap: &Gap| {
+                let [low_m, high_m] = gap.centres_m(radius_m);
+                low_m <= high_m
+            };
+            found.extend(gap.filter(has_room));
         }
     }
     found
 }
 
-/// What bounds a world, as boxes: bodies keep off its floor, centres alone off its other sides.
-fn walls(low_m: Point3<f64>, high_m: Point3<f64>, radius_m: f64) -> impl Iterator<Item = Aabb> {
+/// What bounds a world, as boxes, and whether bodies keep off it: they do off its floor, off its
+/// other sides centres alone.
+fn walls(
+    low_m: Point3<f64>,
+    high_m: Point3<f64>,
+    radius_m: f64,
+) -> impl Iterator<Item = (Aabb, bool)> {
     let around = Vector3::repeat(2.0 * radius_m);
     (0..3).flat_map(move |axis| {
         let [mut before, mut behind] = [(low_m - around, high_m + around); 2];
-        let off_m = if axis == 2 { 0.0 } else { radius_m };
-        before.1[axis] = low_m[axis] - off_m;
-        behind.0[axis] = high_m[axis] + radius_m;
-        [before, behind].map(|(mins, maxs)| {
+        before.1[axis] = low_m[axis];
+        behind.0[axis] = high_m[axis];
+        [(before, axis == 2), (behind, false)].map(|((mins, maxs), keeps_off)| {
             let [mins, maxs] = [mins, maxs].map(|it| [it.x, it.y, it.z].into());
-            Aabb { mins, maxs }
+            (Aabb { mins, maxs }, keeps_off)
         })
     })
 }
@@ -114,14 +167,27 @@ mod tests {
 
     /// Two Kolibris that trade places along x; from where to where, how far to the side and how
     /// high (m).
-    fn trade(place: &str, [from_x, to_x, y, z]: [f64; 4], rules: &str) -> World {
-        let drone = |name: &str, from_x: f64, to_x: f64| {
+    fn trade(place: &str, between_m: [f64; 4], rules: &str) -> World {
+        trade_of(["kolibri"; 2], place, between_m, rules)
+    }
+
+    fn trade_of(
+        [one, other]: [&str; 2],
+        place: &str,
+        [from_x, to_x, y, z]: [f64; 4],
+        rules: &str,
+    ) -> World {
+        let drone = |name: &str, airframe: &str, from_x: f64, to_x: f64| {
             format!(
-                r#"(name: "{name}", airframe: "kolibri", start_m: ({from_x}, {y}, {z}),
+                r#"(name: "{name}", airframe: "{airframe}", start_m: ({from_x}, {y}, {z}),
                 tasks: [(to_m: ({to_x}, {y}, {z}))])"#
             )
         };
-        let drones = [drone("a", from_x, to_x), drone("b", to_x, from_x)].join(", ");
+        let drones = [
+            drone("a", one, from_x, to_x),
+            drone("b", other, to_x, from_x),
+        ]
+        .join(", ");
         let text = format!(r#"(name: "trade", {place}, drones: [{drones}], {rules})"#);
         read_world(&text).expect("in order")
     }
@@ -164,6 +230,31 @@ mod tests {
             (name: "below", min_m: (2, 2.37, 0), max_m: (5, 3.31, 0.83))]"#;
         let rules = "planning: (motion: Straight), air: (convection: None)";
         let planned = planned(&trade(place, [1.0, 6.0, 3.0, 1.0], rules));
+        assert!(planned.plan.is_safe(), "{:?}", planned.failures);
+    }
+
+    #[test]
+    fn a_small_drone_passes_a_large_one_where_two_large_ones_could_not() {
+        let rules = "planning: (motion: Straight), air: (convection: None)";
+        let between = |width_m: f64| {
+            let place = format!(
+                r#"bounds_m: (min: (0, 0, 0), max: (9, 6, 2)), obstacles: [
+                (name: "left", min_m: (3, 0, 0), max_m: (6, 2.37, 2)),
+                (name: "right", min_m: (3, {}, 0), max_m: (6, 6, 2))]"#,
+                2.37 + width_m
+            );
+            trade_of(
+                ["offboard-2", "kolibri"],
+                &place,
+                [1.0, 8.0, 2.8, 1.0],
+                rules,
+            )
+        };
+        let [large_m, small_m] = [0, 1].map(|k| between(1.0).drones[k].vehicle.body_radius_m);
+        // Both, 0.1 m off the racks and 0.2 m between them.
+        let least_m = 2.0 * (large_m + small_m) + 0.4;
+        assert!(least_m + 0.02 < 3.0 * large_m + small_m + 0.4);
+        let planned = planned(&between(least_m + 0.02));
         assert!(planned.plan.is_safe(), "{:?}", planned.failures);
     }
 
