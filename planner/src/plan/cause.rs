@@ -9,6 +9,27 @@ use thiserror::Error;
 use super::UnplannedCause;
 use super::outcome::Meeting;
 
+/// Room that a descent to a pad lacks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MissingRoom {
+    /// How much is missing (m).
+    pub short_m: f64,
+    /// Whether it is height, below something overhead; else it is room beside an obstacle.
+    pub is_height: bool,
+}
+
+impl fmt::Display for MissingRoom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Rounded up, so that it never prints as 0.
+        let short_m = (self.short_m * 100.0).ceil() / 100.0;
+        let of = match self.is_height {
+            true => "height below what is overhead",
+            false => "room beside an obstacle",
+        };
+        write!(f, "{short_m:.2} m of {of}")
+    }
+}
+
 /// Why a drone stays at its start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -30,8 +51,9 @@ pub enum FailureCause {
     GoalConflict(Option<GoalConflict>),
     /// The descent from its last task is too narrow.
     NoRoomToLand {
-        /// How much room is missing (m).
-        short_m: f64,
+        /// How much is missing.
+        #[serde(flatten)]
+        lacks: MissingRoom,
         /// What would help, as far as that was looked for.
         remedy: Remedy,
     },
@@ -542,13 +564,8 @@ impl fmt::Display for FailureCause {
             FailureCause::GoalConflict(None) => {
                 f.write_str("its end and another's exclude one another")
             }
-            FailureCause::NoRoomToLand { short_m, remedy } => {
-                // Rounded up, so that it never prints as 0.
-                let short_m = (short_m * 100.0).ceil() / 100.0;
-                write!(
-                    f,
-                    "the descent from its last task lacks {short_m:.2} m of room beside an obstacle or overhead"
-                )?;
+            FailureCause::NoRoomToLand { lacks, remedy } => {
+                write!(f, "the descent to its pad lacks {lacks}")?;
                 remedy.fmt(f)
             }
             FailureCause::Obstructed { by, remedy, extent } => {

@@ -336,14 +336,12 @@ pub(super) fn problems(
     for drone in &placed.drones {
         let name = &drone.name;
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
-        if let Err(short_m) = ending_from(&placed, solids, drone, last_m)
+        if let Err(lacks) = ending_from(&placed, solids, drone, last_m)
             && !reported.contains(name.as_str())
         {
             report(
                 name,
-                format!(
-                    "`{name}` lands with {short_m:.2} m too little room beside an obstacle or overhead"
-                ),
+                format!("the descent of `{name}` to its pad lacks {lacks}"),
             );
         }
     }

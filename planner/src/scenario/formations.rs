@@ -504,7 +504,10 @@ impl Assignment<'_> {
                     at,
                     "`layer_m` lets neighbours hover one above the other's height",
                 ),
-                _ => (at, "two bodies, the clearance and both tracking margins"),
+                _ => (
+                    at,
+                    "two bodies, and the clearance or both tracking margins, whichever is more",
+                ),
             };
             let problem = Problem::at(at, message).label(label).help(help);
             self.problems.push(problem);

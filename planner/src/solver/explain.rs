@@ -205,8 +205,8 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
                     extent: refusals.extent(drone),
                 }
             }
-            FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
-                short_m,
+            FailureKind::Landing(lacks) => FailureCause::NoRoomToLand {
+                lacks,
                 remedy: refusals
                     .remedy_for_landing(drone, &[drone], Remedy::MoveTask)
                     .unwrap_or(Remedy::Unknown),
@@ -239,8 +239,8 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
         // It may be that only a zone makes it late.
         FailureKind::Late(task, at) => too_late(task, at, None, false),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
-        FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
-            short_m,
+        FailureKind::Landing(lacks) => FailureCause::NoRoomToLand {
+            lacks,
             remedy: Remedy::Unknown,
         },
         FailureKind::Obstructed(by) => obstructed(by),

@@ -179,6 +179,24 @@ pub(crate) fn by_open_rules<'a>(
         }
         given_up.push((world, why));
     }
+    // What lies between was not looked at on finer cells: where it does as well, no rule is given
+    // up for nothing.
+    let between = given_up.iter().skip(1).take(worlds.len().saturating_sub(2));
+    for (world, _) in between.filter(|(_, why)| matches!(why, Why::Unplanned(_))) {
+        let left = best.as_ref().filter(|best| best.unplanned() > 0);
+        let is_weaker =
+            left.is_some_and(|best| std::ptr::eq(best.run.world, worlds[worlds.len() - 1]));
+        if !is_weaker || effort.expansions > MOST_EXPANSIONS_BEFORE_AGAIN || (control.stop)() {
+            break;
+        }
+        let again = by_rules(world, (Rules::Again, covered), (control, &passages), &solve);
+        if let Ok(Ok(solved)) = again {
+            effort.add(&solved.run.effort);
+            if left.is_some_and(|best| solved.unplanned() <= best.unplanned()) {
+                best = Some(solved);
+            }
+        }
+    }
     match (best, excluded) {
         (Some(mut best), _) => {
             best.notes = notes(&given_up, best.run.world);
@@ -208,10 +226,16 @@ enum Rules {
     /// Others follow.
     First,
     Between,
+    /// Those between once more, as the last.
+    Again,
     /// The last, kept to at any cost, even if the only ones; cells are divided into so many parts
     /// at most.
     Last(f64),
 }
+
+/// States of all rules together after which those between are not tried again: chosen here, some
+/// tenths of a second of work.
+const MOST_EXPANSIONS_BEFORE_AGAIN: u64 = 20_000;
 
 /// Into how many parts cells are divided by the last rules, where the first were tried on finer
 /// ones: chosen here.
@@ -227,7 +251,7 @@ fn by_rules<'a>(
     solve: &impl Fn(&mut FleetRun<'a>) -> Option<(Paths, Vec<RetriedGroup>)>,
 ) -> Result<Result<Solved<'a>, (Why, Effort)>, Exclusions> {
     let mut run = FleetRun::new(world, control, passages)?;
-    if matches!(rules, Rules::First | Rules::Between) {
+    if !matches!(rules, Rules::Last(_)) {
         let is_first = rules == Rules::First;
         match most_states(world, &run.job, is_first, covered) {
             Ok(most) => run.most_expansions = most,
@@ -238,6 +262,7 @@ fn by_rules<'a>(
     run.parts = match rules {
         Rules::First => Some(f64::INFINITY),
         Rules::Between => None,
+        Rules::Again => Some(MOST_PARTS_LAST),
         Rules::Last(most) => Some(most),
     };
     Ok(match solve(&mut run) {
@@ -671,7 +696,7 @@ fn excluded(
     goals: &[Excluded],
     counts: impl Fn(&Exclusion) -> bool,
 ) -> Vec<(DroneId, FailureKind)> {
-    let blocked = |&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m));
+    let blocked = |&(drone, lacks)| (DroneId(drone as u32), FailureKind::Landing(lacks));
     let landings = job.blocked_landings.iter().map(blocked);
     let mut out: Vec<(DroneId, FailureKind)> = landings.collect();
     let mut is_out = vec![false; job.agents.len()];

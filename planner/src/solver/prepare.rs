@@ -19,6 +19,7 @@ use crate::graph::lattice::{Lattice, Spacing};
 use crate::graph::passage::{Passage, Passages};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
 use crate::graph::turns::{Smoothing, corner_deviation_m, lift_beyond_m};
+use crate::plan::cause::MissingRoom;
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::{Solids, top};
 use crate::scenario::world::{
@@ -37,8 +38,8 @@ pub(crate) struct Job {
     pub(crate) agents: Vec<Agent>,
     /// What flies, by the kinds of the agents' legs.
     pub(crate) kinds: Kinds,
-    /// Drones whose landing is blocked, and by how much (m).
-    pub(crate) blocked_landings: Vec<(usize, f64)>,
+    /// Drones whose landing is blocked, and what it lacks.
+    pub(crate) blocked_landings: Vec<(usize, MissingRoom)>,
     /// Drones of which it is proven that they cannot do one of their tasks, on whatever lattice,
     /// and which: they fit through to it nowhere, or their downwash there is too strong for a zone.
     pub(crate) closed: Vec<(DroneId, usize)>,
@@ -106,8 +107,8 @@ pub(crate) fn prepare_with(world: &World, spacing: &Spacing, channels: &[Channel
         next += drone.tasks.len() + 1;
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
         let ending = ending_from(world, &solids, drone, last_m);
-        let ending = ending.unwrap_or_else(|short_m| {
-            blocked_landings.push((index, short_m));
+        let ending = ending.unwrap_or_else(|lacks| {
+            blocked_landings.push((index, lacks));
             Ending::Hover
         });
         let bare = kinds.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
@@ -446,14 +447,16 @@ pub(crate) fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> 
     stops
 }
 
-/// The ending of a drone that is here after its last dwell; an error tells the room a landing lacks
-/// (m).
+/// The ending of a drone that is here after its last dwell.
+///
+/// # Errors
+/// The room that a landing lacks.
 pub(crate) fn ending_from(
     world: &World,
     solids: &Solids,
     drone: &Drone,
     from_m: Point3<f64>,
-) -> Result<Ending, f64> {
+) -> Result<Ending, MissingRoom> {
     match drone.at_end {
         AtEnd::Hover => Ok(Ending::Hover),
         AtEnd::Leave => Ok(Ending::Leave),
@@ -469,24 +472,10 @@ pub(crate) fn ending_from(
                 // What leads there comes from straight above, too.
                 top_m.z = z_m;
             }
-            let above_m = top_m.z - from_m.z.max(world.bounds_m.max.z);
-            if above_m > 0.0 {
-                return Err(above_m);
-            }
-            if top_m.z > rest_m.z {
-                let clear_m = solids.segment_clearance_m(top_m, rest_m, radius_m);
-                if clear_m < radius_m - REST_TOLERANCE_M {
-                    return Err(radius_m - clear_m);
-                }
-                let beside = beside_misfit(world, solids, [top_m, rest_m], radius_m);
-                if let Some(Misfit::Obstacle {
-                    distance_m,
-                    needs_m,
-                    ..
-                }) = beside
-                {
-                    return Err(needs_m - distance_m);
-                }
+            let highest_m = from_m.z.max(world.bounds_m.max.z);
+            let along_m = ([top_m, rest_m], highest_m);
+            if let Some(lacks) = missing_room(world, solids, along_m, radius_m) {
+                return Err(lacks);
             }
             // To the bit where it was, or it would have to go there first.
             let approach_m = match descent_m <= radius_m + lift_m {
@@ -513,6 +502,55 @@ pub(crate) fn ending_from(
             })
         }
     }
+}
+
+/// What a body of a radius (m) lacks to come straight down from a place to where it rests, no
+/// higher than so far up (m).
+fn missing_room(
+    world: &World,
+    solids: &Solids,
+    ([top_m, rest_m], highest_m): ([Point3<f64>; 2], f64),
+    radius_m: f64,
+) -> Option<MissingRoom> {
+    /// Bisections of a height, chosen here: to a millimetre of 32 m.
+    const HALVINGS: usize = 15;
+    let beside_m = |z_m: f64| {
+        let from_m = Point3::new(top_m.x, top_m.y, z_m);
+        let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
+        if clear_m < radius_m - REST_TOLERANCE_M {
+            return Some(radius_m - clear_m);
+        }
+        match beside_misfit(world, solids, [from_m, rest_m], radius_m) {
+            Some(Misfit::Obstacle {
+                distance_m,
+                needs_m,
+                ..
+            }) => Some(needs_m - distance_m),
+            _ => None,
+        }
+    };
+    let is_free = |z_m: f64| z_m <= highest_m && beside_m(z_m).is_none();
+    if top_m.z <= rest_m.z || is_free(top_m.z) {
+        return None;
+    }
+    if let Some(short_m) = beside_m(rest_m.z) {
+        return Some(MissingRoom {
+            short_m,
+            is_height: false,
+        });
+    }
+    let (mut free_m, mut blocked_m) = (rest_m.z, top_m.z);
+    for _ in 0..HALVINGS {
+        let middle_m = f64::midpoint(free_m, blocked_m);
+        match is_free(middle_m) {
+            true => free_m = middle_m,
+            false => blocked_m = middle_m,
+        }
+    }
+    Some(MissingRoom {
+        short_m: top_m.z - free_m,
+        is_height: true,
+    })
 }
 
 /// Distinct vehicles at distinct masses (kg), by [`KindId`].

@@ -47,11 +47,14 @@ const MOST_HALVINGS: usize = 3;
 /// drones and zones may reach by the bounds of the search, where the verifier decides. Chosen here:
 /// bounds on one wake over the discs are a few percent above it, those on several whose speeds add
 /// up are up to half as much again, those on a whole zone up to twice. Lanes that halves do not
-/// have thirds or two fifths may.
-const WHOLE: [(f64, [f64; 2]); 14] = [
+/// have thirds or two fifths may, or larger cells: two drones may pass one another between walls
+/// where there is no place half-way.
+const WHOLE: [(f64, [f64; 2]); 16] = [
     (2.0, [1.0, 1.0]),
     (1.0, [1.1, 1.2]),
     (1.0, [1.45, 1.5]),
+    (COARSER, [1.0, 1.0]),
+    (2.5, [1.0, 1.0]),
     (4.0, [1.0, 1.0]),
     (3.0, [1.45, 1.5]),
     (2.5, [1.45, 1.5]),
@@ -64,6 +67,8 @@ const WHOLE: [(f64, [f64; 2]); 14] = [
     (2.0, [2.0, 2.5]),
     (4.0, [1.25, 1.5]),
 ];
+/// Larger cells that are tried: chosen here, two fifths of a metre for a quarter.
+const COARSER: f64 = 0.625;
 /// The same of a few among all others: chosen here.
 const GROUP: [(f64, [f64; 2]); 6] = [
     (2.0, [1.0, 1.0]),
@@ -76,6 +81,9 @@ const GROUP: [(f64, [f64; 2]); 6] = [
 /// States for the next attempt, an eighth of them without tables, if so many are left: chosen here,
 /// what a few drones need.
 const EXPANSIONS_OF_ONE: u64 = 20_000;
+/// The same of a whole small fleet on larger cells: chosen here, a second or two of work; eight
+/// drones that pass one another in a tunnel with bays, on cells of 0.4 m, take half of it.
+const EXPANSIONS_OF_FLEET: u64 = 100_000;
 /// The same along the sides of gaps, where drones pass at once or not at all: chosen here.
 const EXPANSIONS_OF_LANES: u64 = 5_000;
 /// For how many groups it is tried: chosen here.
@@ -140,8 +148,8 @@ pub(crate) fn retry_refused(
     (paths, tried)
 }
 
-/// Plans a small fleet that is slow for what it has to do on finer cells, too, and takes the
-/// better.
+/// Plans a small fleet that is slow for what it has to do on finer and larger cells, too, and takes
+/// the better.
 pub(crate) fn planned_finer(
     world: &World,
     job: &mut Job,
@@ -150,10 +158,10 @@ pub(crate) fn planned_finer(
     effort: &mut Effort,
 ) -> Paths {
     let chosen: Vec<DroneId> = job.agents.iter().map(|agent| agent.drone).collect();
-    let finer = [2.0, 4.0].map(|parts| divided_cells_m(world, parts).map(Spacing::of));
-    let finer = finer.into_iter().map_while(|it| it);
+    let on_cells = |parts: f64| divided_cells_m(world, parts).map(Spacing::of);
+    let finer = [2.0, 4.0].into_iter().map_while(on_cells);
     let lanes = std::iter::once_with(|| lanes_of(world, &chosen)).flatten();
-    for spacing in finer.chain(lanes) {
+    for spacing in finer.chain(lanes).chain(on_cells(COARSER)) {
         if !is_far_from_bound(job, &paths) || !paths.unplanned.is_empty() || (control.stop)() {
             break;
         }
@@ -168,7 +176,10 @@ pub(crate) fn planned_finer(
         let terms = Terms {
             spacing,
             raised: [1.0; 2],
-            most_expansions: EXPANSIONS_OF_ONE,
+            most_expansions: match spacing.cell_m > world.planning.cell_m {
+                true => EXPANSIONS_OF_FLEET,
+                false => EXPANSIONS_OF_ONE,
+            },
             improves: true,
         };
         let found = subfleet.replanned(&terms, effort);
@@ -411,6 +422,7 @@ impl Refused<'_> {
                 raised,
                 most_expansions: match is_of_lanes {
                     true => EXPANSIONS_OF_LANES,
+                    false if spacing.cell_m > own_m => EXPANSIONS_OF_FLEET,
                     false => EXPANSIONS_OF_ONE.min(UNTABULATED_STATES * left),
                 },
                 improves: true,

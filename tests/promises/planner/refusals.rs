@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Point3;
 use planner::plan::cause::{ClosedBy, Exclusion, Extent, Remedy};
+use planner::plan::outcome::Failure;
 use planner::scenario::world::{
     AtStart, Obstacle, PathMotion, Relaxable, Solid, Vehicle, World, Zone,
 };
@@ -615,6 +616,75 @@ fn drones_pass_one_another_between_walls_in_lanes_that_are_no_halves_of_a_metre(
     let planned = answered(&world);
     assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
     assert_sound(&world, &planned.plan);
+}
+
+/// In a tunnel 1 m wide with two bays, where the middle lane of cells of a quarter of a metre
+/// leaves nothing to either side: on larger cells there are two.
+#[test]
+fn a_small_fleet_that_is_slow_on_the_cells_chosen_for_it_is_planned_on_larger_ones() {
+    let world = read(
+        r#"Scenario(name: "tunnel", bounds_m: (min: (0, 0, 0), max: (20, 5, 2.5)), obstacles: [
+            (min_m: (2, 0, 0), max_m: (18, 2, 2.5)),
+            (min_m: (2, 3, 0), max_m: (6, 5, 2.5)),
+            (min_m: (7.2, 3, 0), max_m: (12, 5, 2.5)),
+            (min_m: (13.2, 3, 0), max_m: (18, 5, 2.5)),
+            (min_m: (6, 4.2, 0), max_m: (7.2, 5, 2.5)),
+            (min_m: (12, 4.2, 0), max_m: (13.2, 5, 2.5)),
+        ], drones: [
+            (name: "e1", airframe: "offboard-1", start_m: (0.5, 0.8, 1),
+                tasks: [(to_m: (19.5, 1.6, 1), dwell_s: 2)]),
+            (name: "w1", airframe: "offboard-1", start_m: (19.5, 0.7, 1),
+                tasks: [(to_m: (0.5, 1.7, 1), dwell_s: 2)]),
+            (name: "e2", airframe: "kolibri", start_m: (1.4, 0.8, 1),
+                tasks: [(to_m: (18.6, 1.6, 1), dwell_s: 2)]),
+            (name: "w2", airframe: "kolibri", start_m: (18.6, 0.7, 1),
+                tasks: [(to_m: (1.4, 1.7, 1), dwell_s: 2)]),
+        ])"#,
+    );
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:#?}", planned.failures);
+    // Alone each takes some 11 s.
+    let makespan_s = planned.plan.fleet.makespan_s;
+    assert!(makespan_s < 30.0, "{makespan_s} s");
+    assert_sound(&world, &planned.plan);
+}
+
+/// A drone that takes off from a bay below a shelf, and lands there again.
+fn below_a_shelf(height_m: f64) -> World {
+    let shelf_m = 0.05 + height_m;
+    let above_m = shelf_m + 0.05;
+    read(&format!(
+        r#"Scenario(name: "bay", bounds_m: (min: (0, 0, 0), max: (8, 5, 6)), obstacles: [
+            (min_m: (3, 0, 0), max_m: (5, 0.1, 6)), (min_m: (2.9, 0, 0), max_m: (3, 1.2, 6)),
+            (min_m: (5, 0, 0), max_m: (5.1, 1.2, 6)), (min_m: (3, 0.1, 0), max_m: (5, 1.2, 0.05)),
+            (min_m: (3, 0.1, {shelf_m}), max_m: (5, 1.2, {above_m})),
+        ], drones: [(name: "d0", airframe: "kolibri", start_m: (4, 0.65, 0.146), tasks: [
+            (to_m: (3.4, 3.2, 0.8), dwell_s: 2), (to_m: (4, 0.65, 0.4))],
+            at_start: Landed, at_end: Land)], planning: (motion: Smooth))"#
+    ))
+}
+
+#[test]
+fn the_height_that_a_landing_lacks_below_a_shelf_is_what_it_needs() {
+    for height_m in [0.8, 0.95, 1.1] {
+        let refused = answered(&below_a_shelf(height_m)).failures;
+        let [
+            Failure {
+                cause: FailureCause::NoRoomToLand { lacks, .. },
+                ..
+            },
+        ] = &refused[..]
+        else {
+            panic!("{height_m} m: {refused:#?}");
+        };
+        assert!(lacks.is_height, "{lacks:?}");
+        let planned = answered(&below_a_shelf(height_m + lacks.short_m + 0.01));
+        assert!(
+            planned.plan.is_safe(),
+            "{height_m} m: {:#?}",
+            planned.failures
+        );
+    }
 }
 
 #[test]

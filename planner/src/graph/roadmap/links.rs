@@ -84,11 +84,12 @@ impl<'a> Links<'a> {
         /// Chosen here: finer than any clearance worth asking for.
         const RISE_M: f64 = 0.02;
         let clear_m = self.survey.clearance_m(stop.point_m, stop.point_m);
+        let least_m = clear_m.min(stop.radius_m) - CLEARANCE_TOLERANCE_M;
         let mut point_m = stop.point_m;
         point_m.z += lift_m;
         while point_m.z <= self.bounds.max.z {
-            // It may leave what it stands on, but come closer to nothing.
-            if self.survey.clearance_m(stop.point_m, point_m) < clear_m - CLEARANCE_TOLERANCE_M {
+            // It may leave what it stands on, but come closer to nothing than that, or than it may.
+            if self.survey.clearance_m(stop.point_m, point_m) < least_m {
                 return None;
             }
             if self.survey.clearance_m(point_m, point_m) >= stop.radius_m {

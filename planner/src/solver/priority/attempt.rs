@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::graph::agent::{Agent, TOLERANCE_TICKS};
 use crate::graph::distances::UNREACHABLE;
 use crate::graph::roadmap::Roadmap;
+use crate::plan::cause::MissingRoom;
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{
@@ -80,9 +81,8 @@ pub(crate) enum FailureKind {
     Late(usize, Tick),
     /// Its end excludes another drone's.
     EndpointConflict,
-    /// What it would land on, or what is beside it, leaves too little room: how much is missing
-    /// (m).
-    Landing(f64),
+    /// What it would land on, or what is beside or above it, leaves too little room.
+    Landing(MissingRoom),
     /// Other drones obstruct it.
     Obstructed(Option<Obstruction>),
     /// Its wake is too strong for a zone whichever path it flies.
