@@ -110,5 +110,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments
         .asked
         .deliver((&name, &report), json, &printed, tables)?;
-    Ok(Answer::Yes)
+    Ok(Answer::from(
+        printed.applied.as_ref().is_none_or(applied::helps),
+    ))
 }

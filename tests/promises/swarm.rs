@@ -7,7 +7,7 @@ use diagnosis::campaign::{CampaignFinding, CampaignOptions, diagnose_campaign};
 use diagnosis::record::read::{Campaign, read_log};
 use diagnosis::record::recording::Recording;
 use diagnosis::statistics::draws::Draws;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 /// Flights that a diagnosis is made of, each so long (s).
 pub(crate) const FLIGHTS: u64 = 12;
@@ -81,6 +81,11 @@ impl Way {
 
 /// One flight as a log at 50 Hz. `lean`: how far the jet of the upper drone follows its thrust.
 pub(crate) fn log(seed: u64, lean: f64) -> String {
+    log_of_jet(seed, lean, Vector2::zeros())
+}
+
+/// The same of a jet that goes aside by so much of its depth, too.
+fn log_of_jet(seed: u64, lean: f64, tilt: Vector2<f64>) -> String {
     let mut draws = Draws::new(seed);
     let mut swing =
         |about_m: f64, metres: f64, radps: f64| Swing::new(about_m, metres, radps, &mut draws);
@@ -114,7 +119,7 @@ pub(crate) fn log(seed: u64, lean: f64) -> String {
         // The air that is there now left by so much earlier.
         let age_s = wake.far_field().transport_time_s(depth_m, 1.0);
         let thrust_mps2 = upper.thrust_mps2(t_s - age_s);
-        let aside_m = thrust_mps2.xy() * (-lean * depth_m / thrust_mps2.z);
+        let aside_m = thrust_mps2.xy() * (-lean * depth_m / thrust_mps2.z) + tilt * depth_m;
         let mean = |[x, y]: &[f64; 2]| {
             let at_m = Vector3::new(
                 below_m.x + x - above_m.x - aside_m.x,
@@ -156,11 +161,20 @@ pub(crate) fn log(seed: u64, lean: f64) -> String {
 
 /// Flights, their jets leaning by so much.
 fn flights(first_seed: u64, lean: f64) -> Vec<Recording> {
+    flights_of_jets(first_seed, lean, Vector2::zeros())
+}
+
+fn flights_of_jets(first_seed: u64, lean: f64, tilt: Vector2<f64>) -> Vec<Recording> {
     let campaign = Campaign::parse("campaign.ron", CAMPAIGN).unwrap();
     let seeds = first_seed..first_seed + FLIGHTS;
     let read = |seed: u64| {
         let name = format!("flight-{seed:03}");
-        read_log(&name, "flight.csv", log(seed, lean).as_bytes(), &campaign)
+        read_log(
+            &name,
+            "flight.csv",
+            log_of_jet(seed, lean, tilt).as_bytes(),
+            &campaign,
+        )
     };
     let flights = seeds.map(|seed| read(seed).unwrap_or_else(|problems| panic!("{problems}")));
     flights.collect()
@@ -184,6 +198,16 @@ fn a_jet_that_leans_as_its_drone_does_is_named_with_its_gain() {
     assert!(gain.high - gain.low < 0.4, "{gain:?}");
     let [low, ..] = found.taken[0].r2_gained.unwrap();
     assert!(low > 0.0, "{:?}", found.taken[0]);
+}
+
+#[test]
+fn a_jet_that_leaves_its_drone_at_an_angle_is_named_by_vertical_forces_alone() {
+    let found = diagnosed(&flights_of_jets(300, 0.0, Vector2::new(0.08, 0.05)));
+    assert_eq!(names(&found), ["wake_tilt"], "{:?}", found.taken);
+    for (name, tilt) in [("lean_x", 0.08), ("lean_y", 0.05)] {
+        let lean = &found.finding.effects[0].parameters[name];
+        assert!(lean.low < tilt && tilt < lean.high, "{name}: {lean:?}");
+    }
 }
 
 #[test]

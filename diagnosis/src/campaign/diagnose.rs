@@ -237,15 +237,15 @@ pub fn diagnose_campaign(
     setting.base = base;
     let columns = forces.covariates().columns;
     let most_n = scatter.most_offset_n();
-    let r2_gained = |before: &Tried, after: &Tried| {
+    let skill_over = |before: &Tried, after: &Tried| {
         let held_out =
             |tried: &Tried| setting.predicted_held_out(&tried.members(&candidates), &tried.fit);
         let both = [before, after].map(held_out);
-        Judged::new(&forces, columns, &both, most_n).r2_gained()
+        Judged::new(&forces, columns, &both, most_n)
     };
     let is_no_worse = |before: &Tried, after: &Tried| {
-        let gained = r2_gained(before, after);
-        gained.is_none_or(|[_, _, high]| high >= 0.0)
+        let skill = skill_over(before, after);
+        skill.r2_gained().is_none_or(|[_, _, high]| high >= 0.0) && !skill.is_worse_in_all()
     };
     let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS, is_no_worse);
     let test = global_test(&setting, &chosen.selection.nothing.fit);
@@ -286,7 +286,7 @@ pub fn diagnose_campaign(
     let stood = std::iter::once(&chosen.selection.nothing).chain(turns.clone());
     let r2_gained = stood
         .zip(turns)
-        .map(|(before, after)| r2_gained(before, after));
+        .map(|(before, after)| skill_over(before, after).r2_gained());
     let sensors_first = |turn: &Turn| {
         let mut alternatives = turn.alternatives.clone();
         alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);

@@ -11,9 +11,8 @@ use crate::infer::candidates::{
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
-const NOT_IN_FORCES: [&str; 8] = [
+const NOT_IN_FORCES: [&str; 7] = [
     "crossflow",
-    "wake_tilt",
     "swirl",
     "payload_mass",
     "recirculation",

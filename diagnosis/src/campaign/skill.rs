@@ -122,6 +122,12 @@ impl<'a> Judged<'a> {
         Some(skill?.r2_gained)
     }
 
+    /// Whether `R²` falls over all rows.
+    pub(super) fn is_worse_in_all(&self) -> bool {
+        let skill = self.skill("", &|_| true);
+        skill.is_some_and(|skill| skill.r2_gained[0] < 0.0)
+    }
+
     fn skill(&self, name: &str, test: &dyn Fn(usize) -> bool) -> Option<Skill> {
         let mut by_flight = vec![R2Sums::default(); self.flights.iter().max()? + 1];
         for i in (0..self.recorded.len()).filter(|&i| test(i)) {

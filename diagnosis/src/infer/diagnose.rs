@@ -22,7 +22,7 @@ use crate::infer::noise::noise;
 use crate::infer::outside::{
     Remains, Shape, global_test, is_beyond_doubt, is_sure, outside, standing,
 };
-use crate::infer::scopes::{self, in_parts};
+use crate::infer::scopes::{self, SATURATION, in_parts};
 use crate::infer::select::{Selection, Singles, Tried, flexible, select, singles};
 use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::Recording;
@@ -458,8 +458,9 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
     selection.singles.iter().map(of).collect()
 }
 
-/// Minimum detectable departures of every candidate's first parameter: 80 % power at the level of
-/// the global test, beside what gain and offset may take.
+/// Minimum detectable departures of the first parameter of every candidate that has one in its
+/// range: 80 % power at the level of the global test, beside what gain and offset may take. A
+/// ceiling, which changes nothing until it is reached, has none.
 pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
     let clean = setting.observed.predict(&setting.base);
     let always = || {
@@ -471,16 +472,22 @@ pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
     let laws = always().map(|of| of.starts.len()).sum();
     let tolerated = setting.tolerated(&clean);
     let of = |candidate: &Candidate| {
-        let parameter = candidate.parameters.first()?;
+        let parameter = candidate
+            .parameters
+            .first()
+            .filter(|_| candidate.name != SATURATION)?;
         let values = candidate.starts.first()?;
         let step = values[0] - parameter.neutral;
         let mut tangent = setting.change(candidate, values, &clean);
         tangent.iter_mut().for_each(|change| *change /= step);
         let tangent = setting.noise.whiten(&tangent);
-        Some(Detectable {
+        let departure = minimum_detectable(&tangent, &tolerated, laws)?;
+        let ends = [parameter.low, parameter.high];
+        let is_in_range = |end: f64| departure <= (end - parameter.neutral).abs();
+        ends.into_iter().any(is_in_range).then(|| Detectable {
             name: candidate.name.into(),
             parameter: parameter.name.into(),
-            departure: minimum_detectable(&tangent, &tolerated, laws)?,
+            departure,
             unit: parameter.unit.into(),
         })
     };

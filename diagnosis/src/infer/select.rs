@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::forward::hypothesis::Hypothesis;
 use crate::infer::candidates::{Candidate, Kind, Scope};
 use crate::infer::fit::{Fit, Setting, by_member};
+use crate::infer::scopes::SATURATION;
 use crate::statistics::held_out::Gain;
 use crate::statistics::quantile::{difference, root_mean_square};
 use crate::statistics::trees::{self, HeldOut};
@@ -64,6 +65,10 @@ const TIE_ERRORS: f64 = 2.0;
 const TIE_MOST_SHARE: f64 = 0.5;
 const TIE_SHARE: f64 = 0.04;
 const TIE_GAIN: f64 = 2.0;
+/// So many readings above a ceiling by so many standard deviations of the noise are no noise: of a
+/// hundred at the ceiling, one in two thousand recordings has as many by chance.
+const EXCEEDED: usize = 3;
+const EXCEEDED_SD: f64 = 3.0;
 /// How many are paired with the best single, and how many singles among themselves, so that an
 /// instrument's fault that ranks low beside an effect is tried with it; how many more are tried in
 /// the place of each of a chosen pair. Chosen here, for time.
@@ -352,8 +357,8 @@ impl ModelSearch<'_> {
         Some((chosen.clone(), runner_up))
     }
 
-    /// Whether an answer may be given at all: no parameter at its bound, and held-out readings
-    /// predicted better than without it, in their own unit.
+    /// Whether an answer may be given at all: no parameter at its bound, no ceiling that readings
+    /// exceed, and held-out readings predicted better than without it, in their own unit.
     fn may_stand(&self, tried: &Tried) -> bool {
         let candidates = self.setting.candidates;
         let error = |members: &[&Candidate], fit: &Fit| {
@@ -361,7 +366,20 @@ impl ModelSearch<'_> {
             root_mean_square(&self.setting.left(&predicted))
         };
         tried.is_inside(candidates)
+            && !self.is_exceeded(tried)
             && error(&tried.members(candidates), &tried.fit) < error(&[], &self.tried.nothing.fit)
+    }
+
+    /// Whether readings lie above a ceiling that is one of the terms by more than noise does.
+    fn is_exceeded(&self, tried: &Tried) -> bool {
+        let members = tried.members(self.setting.candidates);
+        let recorded = self.setting.observed.recorded();
+        by_member(&members, &tried.fit.values).any(|(member, own)| {
+            let readings = self.setting.in_scope(&member.scope, &recorded);
+            let above = readings.iter().zip(self.setting.noise.sd());
+            let above = above.filter(|(reading, sd)| **reading > own[0] + EXCEEDED_SD * **sd);
+            member.name == SATURATION && above.count() >= EXCEEDED
+        })
     }
 
     /// The likeliest single where something shows in one place only, so that no held-out block can

@@ -723,7 +723,7 @@ fn minimum_detectable(finding: &Finding) -> Vec<Part> {
         };
         vec![one.name.clone(), one.parameter.clone(), least]
     });
-    let how = "Each alone would have been detected from this size on (power 80 %, at the level of the test above, beside what gain and offset may take).";
+    let how = "Each alone would have been detected from this departure from neutral on (power 80 %, at the level of the test above, beside what gain and offset may take). Of what is not listed no departure in its range would have been; a ceiling shows only where it is reached.";
     vec![
         Part::line(how),
         Part::table("llr", "effect | by | at least", rows),
