@@ -356,7 +356,7 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
     lattice.chain(sphere)
 }
 
-/// A place beside `last_m`, at its height, from which a drone can come down; on rings of 0.1 m.
+/// A place beside `last_m`, at its height, from which a drone can come down.
 fn nearest_landing_m(
     world: &World,
     solids: &Solids,
@@ -370,8 +370,7 @@ fn nearest_landing_m(
     })
 }
 
-/// A place near a landed drone's start (m) where it can stand, and leave if it is to; on the same
-/// rings.
+/// A place near a landed drone's start (m) where it can stand, and leave if it is to.
 fn nearest_pad_m(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>> {
     let body_m = drone.vehicle.body_radius_m;
     let (min_m, max_m) = (world.bounds_m.min.coords, world.bounds_m.max.coords);
@@ -389,18 +388,18 @@ fn nearest_pad_m(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3
     stands(above_m).or_else(|| beside_m(above_m).find_map(stands))
 }
 
-/// Places beside one at its height (m), whole centimetres, on rings of 0.1 m. Chosen here: up to
-/// 5 m away, in 16 directions.
+/// Places beside one at its height (m), whole centimetres, on rings about it. Chosen here: in 16
+/// directions, every centimetre up to a tenth of a metre, then every tenth up to 5 m.
 fn beside_m(place_m: Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
-    const RINGS: u32 = 50;
     const PLACES: u32 = 16;
-    let ring = move |ring: u32| {
+    let near_m = (1..10).map(|ring| 0.01 * f64::from(ring));
+    let rings_m = near_m.chain((1..=50).map(|ring| 0.1 * f64::from(ring)));
+    let ring = move |radius_m: f64| {
         (0..PLACES).map(move |place| {
             let angle_rad = std::f64::consts::TAU * f64::from(place) / f64::from(PLACES);
-            let radius_m = 0.1 * f64::from(ring);
             let step = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0) * radius_m;
             Point3::from(((place_m + step).coords * 100.0).map(f64::round) / 100.0)
         })
     };
-    (1..=RINGS).flat_map(ring)
+    rings_m.flat_map(ring)
 }

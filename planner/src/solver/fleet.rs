@@ -119,7 +119,7 @@ impl Solved<'_> {
 
 /// Paths by the rules of a world; where some drone has none, by those of the next of `weaker`
 /// worlds, each the same with some of its rules. The first of those by which the fewest drones are
-/// unplanned.
+/// unplanned: no rule is given up for nothing.
 ///
 /// # Errors
 /// The conflicts of endpoints, where starts exclude one another by all of them.
@@ -179,22 +179,25 @@ pub(crate) fn by_open_rules<'a>(
         }
         given_up.push((world, why));
     }
-    // What lies between was not looked at on finer cells: where it does as well, no rule is given
-    // up for nothing.
+    // What lies between was not looked at on finer cells, as the last was.
     let between = given_up.iter().skip(1).take(worlds.len().saturating_sub(2));
     for (world, _) in between.filter(|(_, why)| matches!(why, Why::Unplanned(_))) {
-        let left = best.as_ref().filter(|best| best.unplanned() > 0);
-        let is_weaker =
-            left.is_some_and(|best| std::ptr::eq(best.run.world, worlds[worlds.len() - 1]));
-        if !is_weaker || effort.expansions > MOST_EXPANSIONS_BEFORE_AGAIN || (control.stop)() {
+        let is_by_last =
+            |best: &&Solved<'_>| std::ptr::eq(best.run.world, worlds[worlds.len() - 1]);
+        let by_last = best.as_ref().filter(is_by_last).map(Solved::unplanned);
+        let Some(most @ 1..) = by_last else { break };
+        if effort.expansions > MOST_EXPANSIONS_BEFORE_AGAIN || (control.stop)() {
             break;
         }
-        let again = by_rules(world, (Rules::Again, covered), (control, &passages), &solve);
-        if let Ok(Ok(solved)) = again {
-            effort.add(&solved.run.effort);
-            if left.is_some_and(|best| solved.unplanned() <= best.unplanned()) {
-                best = Some(solved);
+        match by_rules(world, (Rules::Again, covered), (control, &passages), &solve) {
+            Ok(Ok(solved)) => {
+                effort.add(&solved.run.effort);
+                if solved.unplanned() <= most {
+                    best = Some(solved);
+                }
             }
+            Ok(Err((_, spent))) => effort.add(&spent),
+            Err(_) => {}
         }
     }
     match (best, excluded) {

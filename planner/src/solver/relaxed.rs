@@ -343,6 +343,30 @@ mod tests {
     }
 
     #[test]
+    fn advected_wakes_are_kept_where_giving_them_up_and_finer_cells_help_no_more() {
+        let drone = |name: &str, y: f64, during: &str| {
+            format!(
+                r#"(name: "{name}", airframe: "offboard-1", start_m: (1, {y}, 1.5),
+                tasks: [(to_m: (11, {y}, 1.5), during_s: {during})])"#
+            )
+        };
+        // The first has no time to speed up in, nor to fly to places of whole cells; the second
+        // has none to get there in at all.
+        let drones = [drone("a", 1.25, "(5, 8)"), drone("b", 3.0, "(4, 8)")].join(", ");
+        let planned = planned(&format!(
+            r#"(name: "late", bounds_m: (min: (0, 0, 0), max: (12, 6, 3)), drones: [{drones}])"#
+        ));
+        let plan = &planned.plan;
+        assert_eq!(planned.failures.len(), 1, "{:?}", planned.failures);
+        assert!(!plan.quasi_static && !plan.drones[0].trajectory.is_smooth());
+        assert!(
+            planned.notes.iter().all(|note| !note.contains("advected")),
+            "{:?}",
+            planned.notes
+        );
+    }
+
+    #[test]
     fn a_payload_is_taken_up_where_the_drone_stands() {
         let text = one("kolibri", "").replace(
             "(8, 8, 3))",
