@@ -472,10 +472,7 @@ pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
     let laws = always().map(|of| of.starts.len()).sum();
     let tolerated = setting.tolerated(&clean);
     let of = |candidate: &Candidate| {
-        let parameter = candidate
-            .parameters
-            .first()
-            .filter(|_| candidate.name != SATURATION)?;
+        let parameter = candidate.parameters.first()?;
         let values = candidate.starts.first()?;
         let step = values[0] - parameter.neutral;
         let mut tangent = setting.change(candidate, values, &clean);
@@ -491,7 +488,8 @@ pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
             unit: parameter.unit.into(),
         })
     };
-    always().filter_map(of).collect()
+    let has_tangent = |of: &&Candidate| of.name != SATURATION;
+    always().filter(has_tangent).filter_map(of).collect()
 }
 
 /// What throttle says, and power where it is logged, as an effect.

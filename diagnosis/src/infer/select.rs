@@ -65,8 +65,8 @@ const TIE_ERRORS: f64 = 2.0;
 const TIE_MOST_SHARE: f64 = 0.5;
 const TIE_SHARE: f64 = 0.04;
 const TIE_GAIN: f64 = 2.0;
-/// So many readings above a ceiling by so many standard deviations of the noise are no noise: of a
-/// hundred at the ceiling, one in two thousand recordings has as many by chance.
+/// So many readings above a ceiling by so many standard deviations of the noise are no noise: where
+/// that is normal, of a hundred readings at the ceiling three are with a probability of 4e-4.
 const EXCEEDED: usize = 3;
 const EXCEEDED_SD: f64 = 3.0;
 /// How many are paired with the best single, and how many singles among themselves, so that an
@@ -372,13 +372,15 @@ impl ModelSearch<'_> {
 
     /// Whether readings lie above a ceiling that is one of the terms by more than noise does.
     fn is_exceeded(&self, tried: &Tried) -> bool {
-        let members = tried.members(self.setting.candidates);
-        let recorded = self.setting.observed.recorded();
-        by_member(&members, &tried.fit.values).any(|(member, own)| {
-            let readings = self.setting.in_scope(&member.scope, &recorded);
-            let above = readings.iter().zip(self.setting.noise.sd());
+        let setting = self.setting;
+        let members = tried.members(setting.candidates);
+        let mut ceilings =
+            by_member(&members, &tried.fit.values).filter(|(of, _)| of.name == SATURATION);
+        ceilings.any(|(of, own)| {
+            let readings = setting.in_scope(&of.scope, &setting.observed.recorded());
+            let above = readings.iter().zip(setting.noise.sd());
             let above = above.filter(|(reading, sd)| **reading > own[0] + EXCEEDED_SD * **sd);
-            member.name == SATURATION && above.count() >= EXCEEDED
+            above.count() >= EXCEEDED
         })
     }
 

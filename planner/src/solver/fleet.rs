@@ -29,7 +29,7 @@ use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{
     FailureKind, FleetProblem, MOST_SMALL, Paths, note_of_pibt, plan_fleet,
 };
-use crate::solver::refusals::{RetriedGroup, planned_finer, retry_refused};
+use crate::solver::refusals::{RetriedGroup, planned_on_other_cells, retry_refused};
 use crate::solver::relaxed::{Why, most_states, notes, weaker};
 use crate::verify::{harm, judged, verify};
 
@@ -451,7 +451,7 @@ impl<'a> FleetRun<'a> {
             return Some((paths, Vec::new()));
         };
         let (world, control) = (self.world, self.control);
-        let paths = planned_finer(world, &mut self.job, paths, control, &mut self.effort);
+        let paths = planned_on_other_cells(world, &mut self.job, paths, control, &mut self.effort);
         Some(retry_refused(
             world,
             &mut self.job,

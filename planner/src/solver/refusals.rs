@@ -1,6 +1,6 @@
-//! Drones to be refused are tried again first: on finer cells, and with the verifier's judgement in
-//! place of the search's bounds. So a "no" is about the place, as far as it was looked at, and not
-//! about the lattice.
+//! Drones to be refused are tried again first: on other cells, mostly finer ones, and with the
+//! verifier's judgement in place of the search's bounds. So a "no" is about the place, as far as it
+//! was looked at, and not about the lattice.
 //!
 //! Small fleets are planned again whole; then, and in large ones, the refused with their blockers
 //! among all others as they are. All of it within a budget of states.
@@ -81,8 +81,8 @@ const GROUP: [(f64, [f64; 2]); 6] = [
 /// States for the next attempt, an eighth of them without tables, if so many are left: chosen here,
 /// what a few drones need.
 const EXPANSIONS_OF_ONE: u64 = 20_000;
-/// The same of a whole small fleet on larger cells: chosen here, a second or two of work; eight
-/// drones that pass one another in a tunnel with bays, on cells of 0.4 m, take half of it.
+/// The same of a whole small fleet on larger cells: chosen here, a second or two of work; for eight
+/// drones that pass one another in a tunnel with bays, on cells of 0.4 m, 20 000 are too few.
 const EXPANSIONS_OF_FLEET: u64 = 100_000;
 /// The same along the sides of gaps, where drones pass at once or not at all: chosen here.
 const EXPANSIONS_OF_LANES: u64 = 5_000;
@@ -150,7 +150,7 @@ pub(crate) fn retry_refused(
 
 /// Plans a small fleet that is slow for what it has to do on finer and larger cells, too, and takes
 /// the better.
-pub(crate) fn planned_finer(
+pub(crate) fn planned_on_other_cells(
     world: &World,
     job: &mut Job,
     mut paths: Paths,
@@ -361,8 +361,8 @@ struct Refused<'a> {
 }
 
 impl Refused<'_> {
-    /// Plans them on finer cells, then with higher bounds if the verifier finds nothing in the
-    /// plan. Whatever leaves fewer of them unplanned is taken over.
+    /// Plans them on finer cells and larger ones, and with higher bounds if the verifier finds
+    /// nothing in the plan. Whatever leaves fewer of them unplanned is taken over.
     fn retry_group(
         &self,
         job: &mut Job,

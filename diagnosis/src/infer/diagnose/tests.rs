@@ -193,6 +193,33 @@ fn a_ceiling_from_some_moment_on_has_its_level_from_then_on_and_keeps_its_moment
     assert_eq!((&*t0.unit, &*y_max.unit), ("s", "m/s"));
 }
 
+#[test]
+fn a_ceiling_is_named_unless_readings_lie_above_it() {
+    for exceeds in [false, true] {
+        let mut recording = read_as(8, |of, _| of.simulated);
+        let random = &mut Draws::new(9);
+        let simulated = simulate(&recording).samples;
+        let fastest = simulated.iter().map(|of| of.simulated);
+        let top_mps = 0.7 * fastest.fold(0.0, f64::max);
+        let probes = recording.probes.as_mut().expect("it has probes");
+        let mut at_ceiling = 0;
+        for of in &simulated {
+            let mps = of.simulated * (1.0 + 0.003 * random.normal()) + 0.005 * random.normal();
+            at_ceiling += u32::from(mps > top_mps);
+            // One in ten readings that a ceiling would cut is not.
+            let is_cut = !exceeds || at_ceiling % 10 != 0;
+            let mps = if is_cut { mps.min(top_mps) } else { mps };
+            probes.samples[of.row].speed_mps = mps.max(0.0);
+        }
+        let found = diagnose(&recording).expect("it can be compared");
+        let is_named = found
+            .effects
+            .iter()
+            .any(|of| of.name == "sensor_saturation");
+        assert_eq!(is_named, !exceeds, "{:?}", found.effects);
+    }
+}
+
 /// The same hall with another drone beside its own.
 fn doubled() -> Recording {
     let mut recording = hall();
