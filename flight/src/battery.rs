@@ -115,6 +115,17 @@ mod tests {
     }
 
     #[test]
+    fn a_crazyflie_hovers_for_seven_minutes() {
+        let text = r#"{"format": "plan/1", "scenario": "s", "bounds_m": {"min": [0,0,0], "max": [9,9,9]},
+            "drones": [{"name": "a", "airframe": "crazyflie-2.1",
+            "trajectory": {"t_s": [0, 420], "position_m": [[1,1,4],[1,1,4]]}}]}"#;
+        let plan = planner::plan::file::read(text).expect("a plan").plan;
+        let charges = of_plan(&plan, &Setup::default());
+        let percent = charges[0].percent.expect("known");
+        assert!((percent - 100.0).abs() < 1.0, "{percent} %");
+    }
+
+    #[test]
     fn a_finding_that_a_drone_is_heavier_takes_more_of_its_battery() {
         let energy_wh = |effects: &str| {
             let text = format!(
