@@ -6,6 +6,7 @@ use crate::forward::simulate::Channel;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener, estimate};
 use crate::statistics::quantile::{difference, root_mean_square};
 use crate::statistics::sequence::{Blocks, Sequence};
+use crate::statistics::simultaneous::err_together;
 
 /// The scatter of the samples around a simulation, one value a sample in the channel's unit.
 #[must_use]
@@ -28,8 +29,14 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
     // With too few neighbours to tell, the residual's own spread.
     let spread = NoiseModel::white(root_mean_square(&residual).max(least_s0));
     let model = estimate(&sequence, &residual, &flow, least_s0).unwrap_or(spread);
-    Noise {
-        whitener: Whitener::new(&model, &sequence, &flow),
-        blocks: Blocks::new(&sequence, &times_s),
-    }
+    let whitener = Whitener::new(&model, &sequence, &flow);
+    // A block is what counts as one witness, is held out as one, and has one sign in a flip. Series
+    // that err together (probes of a rake in one gust) are told by each other: in blocks of their
+    // own, what is held out of one is known from another, and N of them pass for N witnesses.
+    let scattered = [&times_s, &flow, &residual, whitener.sd()];
+    let blocks = match err_together(&sequence, &observed.series_of, scattered) {
+        true => Blocks::across(&sequence, &times_s),
+        false => Blocks::new(&sequence, &times_s),
+    };
+    Noise { whitener, blocks }
 }

@@ -121,11 +121,15 @@ pub fn bursts(
     }
 }
 
-/// Samples without a gap between them.
+/// Samples without a gap between them. Where blocks span several series, the next of these begins
+/// with an earlier block.
 fn runs(blocks: &Blocks) -> Vec<Range<usize>> {
     let of_sample = &blocks.of_sample;
-    let begins =
-        |&i: &usize| i == 0 || of_sample[i] != of_sample[i - 1] && !blocks.follows[of_sample[i]];
+    let begins = |&i: &usize| {
+        i == 0
+            || of_sample[i] < of_sample[i - 1]
+            || of_sample[i] > of_sample[i - 1] && !blocks.follows[of_sample[i]]
+    };
     let mut starts: Vec<usize> = (0..of_sample.len()).filter(begins).collect();
     starts.push(of_sample.len());
     starts.windows(2).map(|pair| pair[0]..pair[1]).collect()

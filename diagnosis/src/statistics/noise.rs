@@ -33,7 +33,8 @@ use super::sequence::{Blocks, Sequence};
 pub struct Noise {
     /// Takes scale and memory off.
     pub whitener: Whitener,
-    /// Neighbours in time, each block too far from the others to share their errors.
+    /// Neighbours in time, each block too far from the others to share their errors: of one series
+    /// each, or of all where these err together.
     pub blocks: Blocks,
 }
 
@@ -41,7 +42,7 @@ impl Noise {
     /// Standard deviation of every sample, in the channel's unit.
     #[must_use]
     pub fn sd(&self) -> &[f64] {
-        &self.whitener.sd
+        self.whitener.sd()
     }
 
     /// Inverse variance of every sample.
@@ -398,6 +399,11 @@ impl Whitener {
         let whitened = self.whiten(&values);
         let pattern = whitened[from..from + pattern.len()].to_vec();
         self.shared.push(Shared { from, pattern });
+    }
+
+    /// Standard deviation of every sample, in the channel's unit.
+    pub(crate) fn sd(&self) -> &[f64] {
+        &self.sd
     }
 
     /// Values, whitened, in the order of samples.

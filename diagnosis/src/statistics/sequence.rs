@@ -95,7 +95,8 @@ pub fn large_follow_large(sequence: &Sequence, values: &[f64], sd: &[f64]) -> bo
 /// Neighbouring samples that are taken as one draw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blocks {
-    /// Of every sample, its block; blocks are numbered along the sequence.
+    /// Of every sample, its block; blocks are numbered in the order of time, series by series or
+    /// across all of them.
     pub of_sample: Vec<usize>,
     /// Of every block, whether it goes on where the one before it ended.
     pub follows: Vec<bool>,
@@ -103,19 +104,35 @@ pub struct Blocks {
 
 impl Blocks {
     /// Equal parts of every stretch without a gap, each at least `max(15 s, 8 steps)` long; a
-    /// shorter stretch is one block.
-    ///
-    /// Give probes that hang side by side one series number if they may err together; then a block
-    /// spans all of them.
+    /// shorter stretch is one block. Each series has blocks of its own.
     #[must_use]
     pub fn new(sequence: &Sequence, t_s: &[f64]) -> Self {
-        let least_s = BLOCK_S.max(BLOCK_STEPS * sequence.typical_step_s);
+        Self::of_runs(sequence.runs(), sequence.typical_step_s, t_s)
+    }
+
+    /// The same of time alone: a block holds the samples of all series. Series that err together
+    /// are one draw, and are held out together.
+    #[must_use]
+    pub fn across(sequence: &Sequence, t_s: &[f64]) -> Self {
+        let mut order: Vec<usize> = (0..t_s.len()).collect();
+        order.sort_by(|&a, &b| t_s[a].total_cmp(&t_s[b]).then(a.cmp(&b)));
+        let gap_s = GAP_STEPS * sequence.typical_step_s;
+        let runs = order.chunk_by(|&before, &at| t_s[at] - t_s[before] <= gap_s);
+        Self::of_runs(runs, sequence.typical_step_s, t_s)
+    }
+
+    fn of_runs<'a>(
+        runs: impl Iterator<Item = &'a [usize]>,
+        typical_step_s: f64,
+        t_s: &[f64],
+    ) -> Self {
+        let least_s = BLOCK_S.max(BLOCK_STEPS * typical_step_s);
         let mut of_sample = vec![0; t_s.len()];
         let mut follows = Vec::new();
-        for run in sequence.runs() {
+        for run in runs {
             let (first, last) = (run[0], run[run.len() - 1]);
             // A sample stands for the step before it, too: n samples cover n steps.
-            let covered_s = t_s[last] - t_s[first] + sequence.typical_step_s;
+            let covered_s = t_s[last] - t_s[first] + typical_step_s;
             let parts = (covered_s / least_s).floor().max(1.0);
             let mut at = 0;
             follows.push(false);

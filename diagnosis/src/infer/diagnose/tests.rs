@@ -16,7 +16,7 @@ use crate::infer::finding_file::{finding_ron, read_finding};
 use crate::infer::outside::EXPECTED_READING;
 use crate::record::baseline::Delay;
 use crate::record::read::read_folder;
-use crate::record::recording::{ReceiverSample, Role};
+use crate::record::recording::{ProbeSample, ReceiverSample, Role};
 use crate::record::remark::RemarkKind;
 use crate::statistics::draws::Draws;
 
@@ -641,15 +641,71 @@ fn close(seed: u64, effects: Effects) -> Recording {
     let mut recording = hall();
     let places = recording.vehicles[0].track.position_m.iter_mut();
     places.for_each(|place| place.z = 3.0 + 0.5 * (place.z - 3.0));
-    let observed = Observed::of(&recording, None).expect("it has readings");
+    let reads_mps = through(&recording, effects);
+    read_of(recording, seed, |of, _| reads_mps[&of.row])
+}
+
+/// What its readings would be through a jet with these effects, by row.
+fn through(recording: &Recording, effects: Effects) -> BTreeMap<usize, f64> {
+    let observed = Observed::of(recording, None).expect("it has readings");
     let missing = Hypothesis {
         effects,
         ..Hypothesis::default()
     };
     let reads = observed.predict(&missing);
     let rows = observed.samples.iter().map(|of| of.row);
-    let reads_mps: BTreeMap<usize, f64> = rows.zip(reads).collect();
-    read_of(recording.clone(), seed, |of, _| reads_mps[&of.row])
+    rows.zip(reads).collect()
+}
+
+/// The draughty hall with a rake of five probes in place of its one, which read the jet with these
+/// effects in gusts of 15 % of the speed and 4 s of memory that meet all five at once.
+fn rake_in_gusts(seed: u64, effects: Effects) -> Recording {
+    let mut recording = hall();
+    let probes = recording.probes.as_mut().expect("it has probes");
+    let single = std::mem::take(&mut probes.samples);
+    for probe_id in 0..5 {
+        let beside_m = Vector3::x() * (0.3 * f64::from(probe_id) - 0.6);
+        let own = single.iter().map(|sample| ProbeSample {
+            probe_id,
+            position_m: sample.position_m + beside_m,
+            ..*sample
+        });
+        probes.samples.extend(own);
+    }
+    // A reading a second.
+    let random = &mut Draws::new(seed);
+    let kept = (-1.0f64 / 4.0).exp();
+    let mut gust = random.normal();
+    let gusts: Vec<f64> = (0..=single.last().map_or(0, |last| last.t_s as usize))
+        .map(|_| {
+            gust = kept * gust + (1.0 - kept * kept).sqrt() * random.normal();
+            gust
+        })
+        .collect();
+    let reads_mps = through(&recording, effects);
+    read_of(recording, seed, |of, _| {
+        reads_mps[&of.row] * (1.0 + 0.15 * gusts[of.t_s as usize])
+    })
+}
+
+#[test]
+fn gusts_that_meet_all_probes_of_a_rake_are_no_mismatch() {
+    for seed in 50..54 {
+        let found = diagnose(&rake_in_gusts(seed, Effects::default())).expect("comparable");
+        assert_eq!(found.verdict, Verdict::None, "{seed}: {:?}", found.shape);
+    }
+}
+
+#[test]
+fn a_wind_is_named_in_gusts_that_meet_all_probes_of_a_rake() {
+    let wind = Effects {
+        crossflow: Some(Crossflow {
+            wind_mps: [0.25, 0.1],
+        }),
+        ..Effects::default()
+    };
+    let found = diagnose(&rake_in_gusts(54, wind)).expect("comparable");
+    assert_eq!(named(&found), ["crossflow"], "{:?}", found.shape);
 }
 
 /// A body whose shadow reaches as deep as the near field.
