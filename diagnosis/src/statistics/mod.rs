@@ -9,11 +9,11 @@
 //! [`draws`], [`quantile`], [`robust`] and [`tail`]: random numbers, order statistics, losses that
 //! gross errors cannot carry away, and tail probabilities. [`sequence`]: which sample follows
 //! which, and blocks of them. [`simultaneous`]: do series err together? [`noise`]: how far values
-//! scatter, and whitening. [`mod@column`]: shapes that a residual is tested against. [`mod@lack_of_fit`]: the global lack-of-fit test.
-//! [`spectrum`]: does it pulsate? [`change_point`]: does it step? [`mod@scan`]: where is it?
-//! [`held_out`]: does a prediction hold where it was not fitted? [`trees`]: the most that any
-//! function of the covariates explains. [`expression`]: the shortest formula for it. [`bootstrap`]:
-//! how sure an error is.
+//! scatter, and whitening. [`mod@column`]: shapes that a residual is tested against.
+//! [`mod@lack_of_fit`]: the global lack-of-fit test. [`spectrum`]: does it pulsate?
+//! [`change_point`]: does it step? [`mod@scan`]: where is it? [`held_out`]: does a prediction hold
+//! where it was not fitted? [`trees`]: the most that any function of the covariates explains.
+//! [`expression`]: the shortest formula for it. [`bootstrap`]: how sure an error is.
 //!
 //! # Example
 //!
