@@ -8,7 +8,7 @@ use planner::plan::file::PlanFile;
 use planner::plan::{Violation, ViolationKind};
 use planner::scenario::missing;
 use planner::verify::CROWD;
-use planner::verify::examination::{Difference, Examination, examine};
+use planner::verify::examination::{Difference, Examination, examine, examine_least};
 use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
 use viewer::View;
@@ -56,7 +56,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
     let out = arguments.out.clone();
     let out = out.map(|path| OutFolder::prepare(path, MAIN)).transpose()?;
-    let found = examine(&file, true);
+    let drones = file.plan.drones.len();
+    // Of a large fleet the text names the least alone.
+    let is_brief = arguments.format == Format::Text && out.is_none() && drones > LIST_ALL_UP_TO;
+    let found = match is_brief {
+        true => examine_least(&file),
+        false => examine(&file, true),
+    };
     if let Some(setup) = &vehicles {
         fly::tell_unknown(setup, &found.plan);
     }
@@ -254,7 +260,7 @@ fn margins(found: &Examination) -> Vec<String> {
         told(least),
         then.unwrap_or_default()
     ));
-    if late.len() <= LIST_ALL_UP_TO {
+    if found.plan.drones.len() <= LIST_ALL_UP_TO {
         let each = late.iter().map(|(name, it)| format!("{name} {}", told(it)));
         lines.push(format!(
             "each may be late by (to {FINE_S} s): {}",

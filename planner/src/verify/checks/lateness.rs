@@ -42,49 +42,73 @@ pub struct Lateness {
 /// How late each drone of a plan may be, in its order; `None`: it cannot be judged, or was not when
 /// stopped.
 pub fn of_all(plan: &Plan, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Option<Lateness>> {
-    let (scene, _) = contents::read(plan);
-    let judged = scene.map(|scene| of_scene(&scene, plan.drones.len(), stop));
-    judged.unwrap_or_else(|| vec![None; plan.drones.len()])
+    let mut by_drone = vec![None; plan.drones.len()];
+    let (Some(scene), _) = contents::read(plan) else {
+        return by_drone;
+    };
+    let on_time = encounters(&scene, 0.0);
+    let over = (scene.flights.par_iter().zip(&on_time))
+        .map(|(flight, near)| exceeds(&scene, near, flight))
+        .collect();
+    of_each(&scene, (&on_time, over), &mut by_drone, stop);
+    by_drone
 }
 
-/// The same of a plan with so many drones, as it was read.
-pub(crate) fn of_scene(
+/// The same of a plan as it was read, where it is known which flights are near which on time, and
+/// which exceed their limit of air then.
+pub(crate) fn of_each(
     scene: &Scene<'_>,
-    drones: usize,
+    (on_time, is_over): (&[Vec<Encounter>], Vec<bool>),
+    by_drone: &mut [Option<Lateness>],
     stop: &(dyn Fn() -> bool + Sync),
-) -> Vec<Option<Lateness>> {
-    let near = encounters(scene, LATEST_S);
-    let on_time = encounters(scene, 0.0);
-    let flights = || scene.flights.par_iter().enumerate();
-    let slices: Vec<Vec<Slice<'_>>> = (flights().zip(&on_time))
-        .map(|((k, flight), on_time)| sliced(scene, &near[k], on_time, flight))
-        .collect();
-    let unknown = |of: &Vec<Slice<'_>>| of.iter().map(|_| OnceLock::new()).collect();
-    let fleet = NearFlights {
-        scene,
-        near: &near,
-        bounds_mps: slices.iter().map(unknown).collect(),
-        is_over: (flights().zip(&on_time))
-            .map(|((_, flight), near)| exceeds(scene, near, flight))
-            .collect(),
-        slices,
-    };
-    let judged: Vec<(usize, Lateness)> = flights()
+) {
+    let fleet = NearFlights::new(scene, on_time, is_over);
+    let judged: Vec<(usize, Lateness)> = (scene.flights.par_iter().enumerate())
         .filter(|_| !stop())
-        .map(|(k, flight)| (flight.index, fleet.lateness(k)))
+        .map(|(k, flight)| (flight.index, fleet.lateness(k, LATEST_S)))
         .collect();
-    let mut by_drone = vec![None; drones];
     for (index, lateness) in judged {
         by_drone[index] = Some(lateness);
     }
-    by_drone
+}
+
+/// Flights whose lateness is looked for at a time; later ones know the least so far. Chosen here,
+/// independent of threads: the answer is the same on any number.
+const AT_A_TIME: usize = 16;
+
+/// The same of that drone alone which may be late by the least; of several the first, those over
+/// their limit on time before others.
+pub(crate) fn of_least(
+    scene: &Scene<'_>,
+    (on_time, is_over): (&[Vec<Encounter>], Vec<bool>),
+    by_drone: &mut [Option<Lateness>],
+) {
+    let mut flights: Vec<usize> = (0..scene.flights.len()).collect();
+    flights.sort_by_key(|&k| !is_over[k]);
+    let fleet = NearFlights::new(scene, on_time, is_over);
+    let mut least: Option<(usize, Lateness)> = None;
+    for some in flights.chunks(AT_A_TIME) {
+        let below_s = least.as_ref().map_or(LATEST_S, |it| it.1.late_s);
+        if below_s <= 0.0 {
+            break;
+        }
+        let late: Vec<(usize, Lateness)> = (some.par_iter())
+            .map(|&k| (k, fleet.lateness(k, below_s)))
+            .collect();
+        // Of equals the first.
+        let all = least.into_iter().chain(late);
+        least = all.reduce(|a, b| if b.1.late_s < a.1.late_s { b } else { a });
+    }
+    if let Some((k, lateness)) = least {
+        by_drone[scene.flights[k].index] = Some(lateness);
+    }
 }
 
 /// All flights, and their encounters.
 struct NearFlights<'a> {
     scene: &'a Scene<'a>,
     /// The encounters of each, with clocks that differ by up to [`LATEST_S`].
-    near: &'a [Vec<Encounter>],
+    near: Vec<Vec<Encounter>>,
     /// The flight of each in slices, with those near it on time.
     slices: Vec<Vec<Slice<'a>>>,
     /// Of each slice an upper bound of its air with all on time (m/s), once it is asked for.
@@ -93,28 +117,50 @@ struct NearFlights<'a> {
     is_over: Vec<bool>,
 }
 
-impl NearFlights<'_> {
-    /// How late a flight may be.
-    fn lateness(&self, k: usize) -> Lateness {
-        let (scene, near) = (self.scene, self.near);
+impl<'a> NearFlights<'a> {
+    fn new(
+        scene: &'a Scene<'a>,
+        on_time: &[Vec<Encounter>],
+        is_over: Vec<bool>,
+    ) -> NearFlights<'a> {
+        let near = encounters(scene, LATEST_S);
+        let flights = scene.flights.par_iter().zip(&near).zip(on_time);
+        let slices: Vec<Vec<Slice<'_>>> = flights
+            .map(|((flight, near), on_time)| sliced(scene, near, on_time, flight))
+            .collect();
+        let unknown = |of: &Vec<Slice<'_>>| of.iter().map(|_| OnceLock::new()).collect();
+        NearFlights {
+            bounds_mps: slices.iter().map(unknown).collect(),
+            scene,
+            near,
+            slices,
+            is_over,
+        }
+    }
+
+    /// How late a flight may be; as far as that is below so much (s).
+    fn lateness(&self, k: usize, below_s: f64) -> Lateness {
+        let (scene, near) = (self.scene, &self.near);
         let late = &scene.flights[k];
         let others: Vec<&[Encounter]> = near[k].chunk_by(|a, b| a.other == b.other).collect();
         let mut own = slices(scene, &near[k], late, f64::INFINITY);
         // What no delay up to the latest brings about need not be asked for each.
         own.retain(|slice| {
             let ahead = slice.met.iter().map(|&from| ShiftedEmitter::new(from, 0));
-            let whole = part_of(slice, (0.0, LATEST_S), ahead.collect());
+            let whole = part_of(slice, (0.0, below_s), ahead.collect());
             slice.exposed.may_be_over(&whole)
         });
         let below = others.iter().map(|same| same[0].other);
-        let below: Vec<usize> = below.filter(|other| self.may_reach(k, *other)).collect();
+        let below: Vec<usize> = below
+            .filter(|other| self.may_reach(k, *other, below_s))
+            .collect();
         let mut known = Lateness {
             late_s: 0.0,
             breaks: None,
         };
         for up_to_s in UP_TO_S {
             let from_s = known.late_s;
-            known.late_s = up_to_s;
+            known.late_s = up_to_s.min(below_s);
             for same in &others {
                 if known.late_s <= 0.0 {
                     return known;
@@ -137,7 +183,7 @@ impl NearFlights<'_> {
                 }
                 self.below(k, *other, from_s, &mut known);
             }
-            if known.breaks.is_some() {
+            if known.breaks.is_some() || known.late_s >= below_s {
                 break;
             }
         }
@@ -147,11 +193,11 @@ impl NearFlights<'_> {
         known
     }
 
-    /// Whether the air of a flight that is late may matter to another.
-    fn may_reach(&self, k: usize, other: usize) -> bool {
+    /// Whether the air of a flight that is late by up to so much (s) may matter to another.
+    fn may_reach(&self, k: usize, other: usize, most_s: f64) -> bool {
         let (scene, receiver) = (self.scene, &self.scene.flights[other]);
-        let late = (k, (-LATEST_S, 0.0));
-        let together = with(self.near, other, k);
+        let late = (k, (-most_s, 0.0));
+        let together = with(&self.near, other, k);
         self.is_over[other] || !within_reach_s(scene, receiver, together, late).is_empty()
     }
 
@@ -159,7 +205,7 @@ impl NearFlights<'_> {
     fn below(&self, k: usize, other: usize, from_s: f64, known: &mut Lateness) {
         let (scene, receiver) = (self.scene, &self.scene.flights[other]);
         let shift_s = |late_s: f64| (-late_s, -from_s.min(late_s));
-        let together = with(self.near, other, k);
+        let together = with(&self.near, other, k);
         let counts_s: Vec<Span> = match self.is_over[other] {
             true => together.iter().map(|it| it.span_s).collect(),
             // Where the late one's air does not count the others' is in order.
