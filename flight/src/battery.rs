@@ -25,7 +25,7 @@ pub struct Charge {
     pub capacity_wh: Option<f64>,
     /// Of that (%).
     pub percent: Option<f64>,
-    /// Aerodynamic over electrical power: assumed, where no file states it.
+    /// Aerodynamic over electrical power: its airframe's, where no file states it.
     pub drive_efficiency: f64,
 }
 
