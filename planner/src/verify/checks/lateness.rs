@@ -144,7 +144,7 @@ impl<'a> NearFlights<'a> {
         let late = &scene.flights[k];
         let others: Vec<&[Encounter]> = near[k].chunk_by(|a, b| a.other == b.other).collect();
         let mut own = slices(scene, &near[k], late, f64::INFINITY);
-        // What no delay up to the latest brings about need not be asked for each.
+        // What no delay below that brings about need not be asked for each.
         own.retain(|slice| {
             let ahead = slice.met.iter().map(|&from| ShiftedEmitter::new(from, 0));
             let whole = part_of(slice, (0.0, below_s), ahead.collect());
