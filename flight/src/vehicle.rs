@@ -42,24 +42,42 @@ const ROTOR_DRAG_PER_S: f64 = 0.3;
 /// Least rotor speed over that at hover: motors idle. Assumed.
 const LEAST_SPEED: f64 = 0.3;
 
-/// Thrust to weight, largest tilt (deg), battery (Wh), aerodynamic over electrical power at hover
-/// of airframes by name. Thrust and tilt are assumed, not in the paper. Batteries as their makers
+/// What goes by an airframe's name.
+struct Preset {
+    thrust_to_weight: f64,
+    max_tilt_deg: f64,
+    battery_wh: Option<f64>,
+    drive_efficiency: f64,
+}
+
+/// A preset by its name. Thrust and tilt are assumed, not in the paper. Batteries as their makers
 /// state them: Matrice 300 two TB60, Mavic 3E 5000 mAh at 15.4 V, Elios 3 4350 mAh at 22.8 V,
 /// Crazyflie 2.1 250 mAh at 3.7 V; the paper names none for its own drones. On that a Crazyflie 2.1
 /// hovers for 7 minutes, as its maker states, electronics included; else a figure of merit of 0.6
 /// and a drive of 0.8 are assumed.
-const KNOWN: [(&str, f64, f64, Option<f64>, f64); 8] = [
-    ("kolibri", 4.0, 35.0, None, 0.5),
-    ("offboard-1", 4.0, 35.0, None, 0.5),
-    ("offboard-2", 2.4, 35.0, None, 0.5),
-    ("matrice-300", 1.9, 30.0, Some(548.0), 0.5),
-    ("mavic-3e", 2.0, 35.0, Some(77.0), 0.5),
-    ("elios-3", 1.8, 30.0, Some(99.0), 0.5),
-    ("crazyflie-2.1", 1.9, 30.0, Some(0.925), 0.136),
-    ("crazyflie-2.1-deck", 1.6, 30.0, Some(0.925), 0.136),
-];
-/// Any other airframe; assumed.
-const OTHER: (f64, f64, Option<f64>, f64) = (2.0, 30.0, None, 0.5);
+fn preset(airframe: &str) -> Preset {
+    let (thrust_to_weight, max_tilt_deg, battery_wh) = match airframe {
+        "kolibri" | "offboard-1" => (4.0, 35.0, None),
+        "offboard-2" => (2.4, 35.0, None),
+        "matrice-300" => (1.9, 30.0, Some(548.0)),
+        "mavic-3e" => (2.0, 35.0, Some(77.0)),
+        "elios-3" => (1.8, 30.0, Some(99.0)),
+        "crazyflie-2.1" => (1.9, 30.0, Some(0.925)),
+        "crazyflie-2.1-deck" => (1.6, 30.0, Some(0.925)),
+        // Assumed.
+        _ => (2.0, 30.0, None),
+    };
+    let drive_efficiency = match airframe {
+        "crazyflie-2.1" | "crazyflie-2.1-deck" => 0.136,
+        _ => 0.5,
+    };
+    Preset {
+        thrust_to_weight,
+        max_tilt_deg,
+        battery_wh,
+        drive_efficiency,
+    }
+}
 
 /// How one airframe flies.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -169,11 +187,7 @@ impl Vehicle {
     /// The vehicle of an airframe: what an entry says, and defaults by name and size.
     #[must_use]
     pub fn of(airframe: &Airframe, entry: &VehicleEntry) -> Vehicle {
-        let known = KNOWN.iter().find(|it| it.0 == airframe.name());
-        let (thrust_to_weight, max_tilt_deg, battery_wh, drive_efficiency) = known
-            .map_or(OTHER, |&(_, thrust, tilt, battery, efficiency)| {
-                (thrust, tilt, battery, efficiency)
-            });
+        let preset = preset(airframe.name());
         let scaled = |at_s: f64, ratio: f64| at_s * ratio.sqrt();
         let motor_lag_s = scaled(
             MOTOR_LAG_S,
@@ -184,8 +198,8 @@ impl Vehicle {
             airframe.motor_distance_m() / ATTITUDE_LAG_AT_M,
         );
         Vehicle {
-            thrust_to_weight: entry.thrust_to_weight.unwrap_or(thrust_to_weight),
-            max_tilt_deg: entry.max_tilt_deg.unwrap_or(max_tilt_deg),
+            thrust_to_weight: entry.thrust_to_weight.unwrap_or(preset.thrust_to_weight),
+            max_tilt_deg: entry.max_tilt_deg.unwrap_or(preset.max_tilt_deg),
             motor_lag_s: entry.motor_lag_s.unwrap_or(motor_lag_s),
             attitude_lag_s: entry.attitude_lag_s.unwrap_or(attitude_lag_s),
             max_tilt_rate_radps: entry.max_tilt_rate_radps.unwrap_or(TILT_RATE_RADPS),
@@ -193,8 +207,8 @@ impl Vehicle {
             sideways_drag: entry.sideways_drag.unwrap_or(SIDEWAYS_DRAG),
             rotor_drag_per_s: entry.rotor_drag_per_s.unwrap_or(ROTOR_DRAG_PER_S),
             rotor: entry.rotor.unwrap_or_default(),
-            battery_wh: entry.battery_wh.or(battery_wh),
-            drive_efficiency: entry.drive_efficiency.unwrap_or(drive_efficiency),
+            battery_wh: entry.battery_wh.or(preset.battery_wh),
+            drive_efficiency: entry.drive_efficiency.unwrap_or(preset.drive_efficiency),
         }
     }
 }

@@ -44,6 +44,7 @@ pub(super) fn verdict(finding: &Finding) -> String {
             let names = joined(withdrawn.effects.iter().map(Effect::label), " and ");
             format!("{names} withdrawn: readings are predicted no better with it")
         }
+        Verdict::None if finding.remains.is_sure => "no mismatch that is sure".into(),
         Verdict::None if is_unquiet(finding) => "no mismatch that repeats".into(),
         Verdict::None => "no mismatch above noise".into(),
         Verdict::Library => format!("{first}, {}", explained(finding)),
@@ -72,6 +73,15 @@ pub(super) const UNQUIET: f64 = 1.5;
 /// Whether what is left is clearly more than neighbouring readings scatter by.
 fn is_unquiet(finding: &Finding) -> bool {
     finding.held_out.rms_after > UNQUIET * finding.held_out.noise_floor
+}
+
+/// Whether what trees predict may be errors that outlast a block, such as a place's own while a
+/// probe dwells there: readings alone are held out by blocks, and the global test, which allows for
+/// such errors, finds nothing.
+fn may_outlast_a_block(finding: &Finding) -> bool {
+    let is_by_blocks = finding.channel != Channel::VerticalForce;
+    let is_none = finding.verdict == Verdict::None && finding.p > ACCEPTED;
+    is_by_blocks && is_none && finding.remains.is_sure
 }
 
 /// `1240 readings of 1 probe below 1 drone (offboard-2), 1240 s`.
@@ -216,6 +226,10 @@ fn place(finding: &Finding) -> Vec<Part> {
                 )),
             }]
         }
+        Verdict::None if may_outlast_a_block(finding) => vec![Part::Line(format!(
+            "Nowhere that is sure; what may repeat stands under {}.",
+            section_of_the_rest(finding.channel)
+        ))],
         Verdict::None if finding.remains.is_sure => vec![Part::Line(format!(
             "Nowhere that an effect of the library shows; what repeats all the same stands under {}.",
             section_of_the_rest(finding.channel)
@@ -320,6 +334,7 @@ fn p_value(p: f64) -> String {
 fn what_is_missing(finding: &Finding) -> Vec<Part> {
     if finding.verdict == Verdict::None {
         let nothing = match (finding.remains.is_sure, is_unquiet(finding)) {
+            (true, _) if may_outlast_a_block(finding) => "No effect of the library shows for sure.",
             (true, _) => "No effect of the library shows here.",
             (false, false) => "Nothing is missing that would show here.",
             (false, true) => {
@@ -662,6 +677,11 @@ fn remains(finding: &Finding) -> Vec<Part> {
         ),
         false => format!(
             "Nothing more that repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen."
+        ),
+        true if may_outlast_a_block(finding) => format!(
+            "Perhaps something that repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen, {} rms. So do errors that outlast a block, such as a place's own while a probe dwells there; the global test, which allows for these, finds no more than chance (p-value {}). Short visits to the same places, in another order, would tell.",
+            amount(remains.rms, finding.channel),
+            p_value(finding.p)
         ),
         true => format!(
             "Something more repeats: any function of the covariates (regression trees) gains {gain:.0} +- {error:.0} on blocks that it has not seen, {} rms; it exceeds half of the noise in {:.0} % of the samples ({}).",
