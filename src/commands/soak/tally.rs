@@ -10,9 +10,10 @@ use service::message::Patch;
 
 use crate::io::watch::resident_memory_bytes;
 
-/// Memory may grow by so much from a third of the time to its end (ratio). Chosen here: what an
-/// allocator keeps of the largest patch.
-const FLAT: f64 = 1.2;
+/// Memory may grow by so much in one of the last two thirds of the time (ratio). Chosen here: an
+/// allocator keeps what the largest patch so far took, so it rises in steps; what is never given
+/// back rises all along, by a fifth over both.
+const FLAT: f64 = 1.1;
 /// Faults listed of each kind: chosen here, a screen's worth.
 const MOST_LISTED: usize = 20;
 /// From how many looks at it on memory is judged, chosen here: before, a fleet still fills what it
@@ -49,6 +50,13 @@ pub(super) struct Tally {
     pub(super) faults_taken: Vec<String>,
     pub(super) replayed: Option<bool>,
     pub(super) flight: Option<Flight>,
+}
+
+/// Whether memory (bytes), looked at in even steps, does not grow all along.
+fn is_flat(looks: &[u64]) -> bool {
+    let last = looks.len() - 1;
+    let thirds = [last / 3, last * 2 / 3, last].map(|at| looks[at] as f64);
+    thirds.windows(2).any(|it| it[1] <= FLAT * it[0])
 }
 
 impl Tally {
@@ -129,8 +137,7 @@ impl Tally {
 
     fn is_flat(&self) -> bool {
         let all: Vec<u64> = self.looks.iter().filter_map(|it| it.memory_bytes).collect();
-        let known = all.get(all.len() / 3).zip(all.last());
-        all.len() < MOST_LOOKS || known.is_none_or(|(then, now)| *now as f64 <= FLAT * *then as f64)
+        all.len() < MOST_LOOKS || is_flat(&all)
     }
 
     fn violations(&self) -> Vec<&String> {
@@ -300,5 +307,19 @@ impl Tally {
         }
         lines.push(String::new());
         lines.join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_no_leak_and_a_leak_is_one() {
+        let step = |at: usize| (0..21).map(|k| if k < at { 66 } else { 101 }).collect();
+        let looks: Vec<Vec<u64>> = (0..21).map(step).collect();
+        assert!(looks.iter().all(|it| is_flat(it)));
+        let leak = |rate: u64| (0..21).map(|k| 1000 + rate * k).collect::<Vec<u64>>();
+        assert!(is_flat(&leak(3)) && !is_flat(&leak(20)));
     }
 }
