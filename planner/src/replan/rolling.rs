@@ -462,6 +462,7 @@ impl Running {
         let path_deviation_m = fixed.map(|((drone, entry), _)| path_deviation_m(drone, entry));
         self.job.fixed_path_deviation_m = path_deviation_m.fold(0.0, f64::max);
         self.fill_costmap();
+        self.judgements.forget(&self.plan);
         // What is told of it follows from what is left.
         self.judge();
     }

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Judgement;
 use super::extents::Span;
@@ -131,6 +131,30 @@ pub(super) struct ValidJudgements {
 }
 
 impl Judgements {
+    /// The same plan from later on: of what was flown before it holds what rests there, and drones
+    /// that have left are gone. Who broke nothing breaks nothing from then on; the others are to be
+    /// judged anew.
+    pub(crate) fn forget(&mut self, plan: &Plan) {
+        let mut before = std::mem::take(&mut self.of_drones);
+        let there: FxHashSet<&str> = plan.drones.iter().map(|it| &it.name[..]).collect();
+        for (index, drone) in plan.drones.iter().enumerate() {
+            let known = before.remove(&drone.name);
+            let is_sound = |it: &Arc<KeptJudgement>| {
+                it.judgement.found.is_empty() && it.judgement.omitted == 0
+            };
+            if let Some(known) = known.filter(is_sound) {
+                let near = known.near.iter();
+                let near = near.filter(|(other, _)| there.contains(&other[..]));
+                let kept = KeptJudgement {
+                    judgement: Arc::clone(&known.judgement),
+                    flown: FlownEntry::of(plan, index),
+                    near: near.cloned().collect(),
+                };
+                self.of_drones.insert(drone.name.clone(), Arc::new(kept));
+            }
+        }
+    }
+
     /// What still holds of a plan that was read, where both clocks of a pair may differ by up to
     /// `apart_s` (s).
     pub(super) fn still_valid(
@@ -146,13 +170,19 @@ impl Judgements {
             Some(known) => known
                 .flown
                 .differs_s(&FlownEntry::of(plan, flights[k].index)),
-            None => f64::NEG_INFINITY,
+            // It was not there before it begins.
+            None => {
+                let first = flights[k].trajectory.pieces().first();
+                first.map_or(f64::NEG_INFINITY, |it| it.motion.from_s)
+            }
         };
         let differs_s: Vec<f64> = (0..flights.len()).map(differs_s).collect();
         let by_name = flights.iter().zip(&differs_s);
         let by_name: FxHashMap<&str, f64> = by_name.map(|(it, s)| (&it.name[..], *s)).collect();
         let of_other_s = |name: &str| by_name.get(name).copied().unwrap_or(f64::NEG_INFINITY);
-        let with_changed = encounters_of(scene, apart_s, &|k| differs_s[k] < f64::INFINITY);
+        let first_s = differs_s.iter().copied().fold(f64::INFINITY, f64::min);
+        let is_changed = |k: usize| differs_s[k] < f64::INFINITY;
+        let with_changed = encounters_of(scene, apart_s, first_s, &is_changed);
         let validity = |k: usize| {
             let Some(known) = known(k).filter(|_| differs_s[k] > f64::NEG_INFINITY) else {
                 return Validity::Unknown;
@@ -197,9 +227,8 @@ impl Judgements {
             }
         };
         let validity: Vec<Validity> = (0..flights.len()).map(validity).collect();
-        let near = encounters_of(scene, apart_s, &|k| {
-            !matches!(validity[k], Validity::True(_))
-        });
+        let is_judged = |k: usize| !matches!(validity[k], Validity::True(_));
+        let near = encounters_of(scene, apart_s, f64::NEG_INFINITY, &is_judged);
         ValidJudgements { validity, near }
     }
 

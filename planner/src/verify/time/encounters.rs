@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::plan::trajectory::Piece;
 use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Flight, Scene, level_gap_m};
@@ -31,16 +32,19 @@ pub(crate) struct Encounter {
 /// For every flight, the others near it, by drone and then by time; both clocks may differ by up to
 /// `apart_s` (s), and the time is the flight's own.
 pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>> {
-    encounters_of(scene, apart_s, &|_| true)
+    encounters_of(scene, apart_s, f64::NEG_INFINITY, &|_| true)
 }
 
-/// Encounters of pairs of which at least one flight is asked for.
+/// Encounters of pairs of which at least one flight is asked for, but for those that are over
+/// before a time (s) by every clock; those that begin before may begin later here.
 pub(crate) fn encounters_of(
     scene: &Scene<'_>,
     apart_s: f64,
+    since_s: f64,
     is_asked: &(dyn Fn(usize) -> bool + Sync),
 ) -> Vec<Vec<Encounter>> {
-    let spans_s = slabs(scene);
+    let mut spans_s = slabs(scene);
+    spans_s.retain(|(_, until_s)| until_s + apart_s >= since_s);
     let reach = Reach::new(scene);
     let asked: Vec<bool> = (0..scene.flights.len()).map(is_asked).collect();
     let mut near: Vec<Vec<Encounter>> = vec![Vec::new(); scene.flights.len()];
@@ -89,22 +93,30 @@ pub(crate) fn encounters_of(
     near
 }
 
-/// The slabs of time, from the first moment to the last.
+/// The slabs of time, from the first moment to the last. Until the first drone moves it is one: a
+/// plan may go on long after it began, with what was flown before forgotten.
 pub(in crate::verify) fn slabs(scene: &Scene<'_>) -> Vec<Span> {
-    let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
-    let slab_s = scene.last_s / slabs as f64;
-    let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
+    let last_s = scene.last_s;
+    let pieces = || scene.flights.iter().map(|it| it.trajectory.pieces());
+    let first = pieces().filter_map(|it| it.first());
+    let begins_s = first.map(|it| it.motion.from_s).fold(last_s, f64::min);
+    let moves = |it: &&Piece| it.motion.half_path_m(it.motion.from_s, it.motion.until_s) > 0.0;
+    let moving = pieces().filter_map(|it| it.iter().find(moves));
+    let moves_s = moving.map(|it| it.motion.from_s).fold(last_s, f64::min);
+    let since_s = moves_s.floor().max(0.0).min(last_s);
+    let slabs = (((last_s - since_s) / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
+    let slab_s = (last_s - since_s) / slabs as f64;
+    let at_s = |k: usize| match k == slabs {
+        true => last_s,
+        false => since_s + k as f64 * slab_s,
+    };
+    let still = (begins_s, since_s);
+    let moving = (0..slabs).map(|k| (at_s(k), at_s(k + 1)));
+    let spans_s = std::iter::once(still).chain(moving);
     let mut spans_s: Vec<Span> = spans_s.filter(|(a, b)| b > a).collect();
-    if let Some(last) = spans_s.last_mut() {
-        last.1 = scene.last_s;
-    }
-    spans_s.push((scene.last_s, scene.horizon_s));
+    spans_s.push((last_s, scene.horizon_s));
     // A drone that leaves at once may still be there if it is late.
-    let pieces = scene
-        .flights
-        .iter()
-        .filter_map(|it| it.trajectory.pieces().first());
-    spans_s[0].0 = pieces.map(|it| it.motion.from_s).fold(0.0, f64::min);
+    spans_s[0].0 = begins_s.min(spans_s[0].0);
     spans_s
 }
 
@@ -260,4 +272,28 @@ fn meet(
     gap_m <= flights[*a].body_radius_m + flights[*b].body_radius_m + reach.tracking_m
         || reaches(*a, *b, places_a.1.z, places_b.0.z)
         || reaches(*b, *a, places_b.1.z, places_a.0.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verify::checks::contents;
+
+    #[test]
+    fn a_plan_that_begins_late_has_no_more_slabs_than_it_flies() {
+        let text = r#"{"format": "plan/2", "scenario": "one", "bounds_m": {"min": [0, 0, 0], "max": [20, 8, 8]},
+            "drones": [
+            {"name": "wreck", "airframe": "kolibri", "enters_s": 70, "at_start": "landed", "at_end": "land", "airborne_s": [70, 70],
+            "trajectory": {"t_s": [70], "position_m": [[1, 4, 0.1]]}},
+            {"name": "a", "airframe": "kolibri", "enters_s": 5000.5,
+            "trajectory": {"t_s": [5000.5, 5020, 5030], "position_m": [[1, 2, 5], [1, 2, 5], [9, 2, 5]]}}]}"#;
+        let plan = crate::plan::file::read(text).expect("a plan").plan;
+        let (scene, found) = contents::read(&plan);
+        let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
+        let slabs = slabs(&scene);
+        assert_eq!(slabs[0], (70.0, 5020.0));
+        assert_eq!(slabs.len(), 12);
+        assert!(slabs.windows(2).all(|it| it[0].1 == it[1].0));
+        assert_eq!(slabs[11].0, 5030.0);
+    }
 }
