@@ -131,9 +131,9 @@ pub(super) struct ValidJudgements {
 }
 
 impl Judgements {
-    /// The same plan from later on: of what was flown before it holds what rests there, and drones
-    /// that have left are gone. Who broke nothing breaks nothing from then on; the others are to be
-    /// judged anew.
+    /// Keeps what still holds once a plan has lost its history: each drone begins where it rested,
+    /// and drones that had left are gone. A drone that broke nothing breaks nothing from then on;
+    /// the others are to be judged anew.
     pub(crate) fn forget(&mut self, plan: &Plan) {
         let mut before = std::mem::take(&mut self.of_drones);
         let there: FxHashSet<&str> = plan.drones.iter().map(|it| &it.name[..]).collect();

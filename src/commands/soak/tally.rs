@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use diagnosis::statistics::quantile::nearest_rank;
-use flight::report::Flight;
+use flight::report::{DroneFlight, Flight};
+use planner::plan::Violation;
 use serde_json::{Value, json};
 use service::message::Patch;
 
@@ -43,7 +44,8 @@ pub(super) struct Tally {
     /// What was said with that.
     why: BTreeSet<String>,
     without_path: usize,
-    unavoidable: BTreeSet<String>,
+    /// In words, and as it was told.
+    unavoidable: BTreeMap<String, Violation>,
     looks: Vec<Look>,
     /// Requests that had to be refused, and those that were not as they should.
     pub(super) faults: usize,
@@ -71,7 +73,7 @@ impl Tally {
             refused: BTreeMap::new(),
             why: BTreeSet::new(),
             without_path: 0,
-            unavoidable: BTreeSet::new(),
+            unavoidable: BTreeMap::new(),
             looks: Vec::new(),
             faults: 0,
             faults_taken: Vec::new(),
@@ -91,8 +93,8 @@ impl Tally {
     pub(super) fn patched(&mut self, patch: &Patch, took: Duration) {
         self.count(took);
         self.without_path += patch.refused.len();
-        self.unavoidable
-            .extend(patch.unavoidable.iter().map(ToString::to_string));
+        let told = patch.unavoidable.iter();
+        (self.unavoidable).extend(told.map(|it| (it.to_string(), it.clone())));
     }
 
     pub(super) fn refused(&mut self, code: &str, message: &str, took: Duration) {
@@ -108,7 +110,23 @@ impl Tally {
 
     /// A patch said that it cannot be avoided.
     pub(super) fn is_unavoidable(&self, violation: &str) -> bool {
-        self.unavoidable.contains(violation)
+        self.unavoidable.contains_key(violation)
+    }
+
+    /// Whether a patch said that a drone and another come too near.
+    fn was_told(&self, drone: &str, with: Option<&str>) -> bool {
+        let pair = Some((drone, with));
+        self.unavoidable.values().any(|it| {
+            let with = it.with.as_deref();
+            let turned = with.map(|with| (with, Some(&*it.drone)));
+            pair == Some((&*it.drone, with)) || pair == turned
+        })
+    }
+
+    /// Whether it flew into something that no patch had told.
+    fn flew_badly(&self, it: &DroneFlight) -> bool {
+        it.touches() && !self.was_told(&it.name, it.least_gap_to.as_deref())
+            || it.over_limit_s > 0.0 && !self.was_told(&it.name, it.worst_from.as_deref())
     }
 
     pub(super) fn examined(
@@ -149,8 +167,9 @@ impl Tally {
     }
 
     pub(super) fn is_in_order(&self) -> bool {
-        let flown =
-            |Flight { fleet: it, .. }: &Flight| it.touching + it.in_obstacles + it.over_limit == 0;
+        let flown = |it: &Flight| {
+            it.fleet.in_obstacles == 0 && !it.drones.iter().any(|it| self.flew_badly(it))
+        };
         self.late == 0
             && !self.took.is_empty()
             && self.violations().is_empty()
@@ -187,7 +206,7 @@ impl Tally {
             "refused": self.refused,
             "refused_because": self.why,
             "drones_without_path": self.without_path,
-            "unavoidable": self.unavoidable,
+            "unavoidable": self.unavoidable.keys().collect::<Vec<_>>(),
             "faults": self.faults,
             "faults_taken": self.faults_taken,
             "is_replayed": self.replayed,
@@ -287,21 +306,34 @@ impl Tally {
                 "flown in closed loop: {} drones, {} touch another, {} an obstacle, {} over their limit of air; off the plan by {:.2} m at most",
                 it.flown, it.touching, it.in_obstacles, it.over_limit, it.tracking_max_m
             ));
+            let told = |was_told| {
+                if was_told {
+                    ", as a patch had told"
+                } else {
+                    ""
+                }
+            };
             let touching = drones.iter().filter(|it| it.touches());
             for it in touching.take(MOST_LISTED) {
+                let with = it.least_gap_to.as_deref();
                 lines.push(format!(
-                    "  {} touches {} at {:.1} s, {:.2} m deep",
+                    "  {} touches {} at {:.1} s, {:.2} m deep{}",
                     it.name,
-                    it.least_gap_to.as_deref().unwrap_or("another"),
+                    with.unwrap_or("another"),
                     it.least_gap_at_s.unwrap_or_default(),
-                    -it.least_gap_m.unwrap_or_default()
+                    -it.least_gap_m.unwrap_or_default(),
+                    told(self.was_told(&it.name, with))
                 ));
             }
             let over = drones.iter().filter(|it| it.over_limit_s > 0.0);
             for it in over.take(MOST_LISTED) {
                 lines.push(format!(
-                    "  {} is over its limit for {:.2} s: {:.2} of its induced velocity, of {:.2}",
-                    it.name, it.over_limit_s, it.worst_alpha, it.air_limit
+                    "  {} is over its limit for {:.2} s: {:.2} of its induced velocity, of {:.2}{}",
+                    it.name,
+                    it.over_limit_s,
+                    it.worst_alpha,
+                    it.air_limit,
+                    told(self.was_told(&it.name, it.worst_from.as_deref()))
                 ));
             }
         }
