@@ -15,6 +15,9 @@ use crate::io::watch::resident_memory_bytes;
 /// allocator keeps what the largest patch so far took, so it rises in steps; what is never given
 /// back rises all along, by a fifth over both.
 const FLAT: f64 = 1.1;
+/// A contact in flight is what a patch has told from so long before to so long after it (s). Chosen
+/// here: what drones in flight are off their plans.
+const TOLD_S: f64 = 1.0;
 /// Faults listed of each kind: chosen here, a screen's worth.
 const MOST_LISTED: usize = 20;
 /// From how many looks at it on memory is judged, chosen here: before, a fleet still fills what it
@@ -113,20 +116,29 @@ impl Tally {
         self.unavoidable.contains_key(violation)
     }
 
-    /// Whether a patch said that a drone and another come too near.
-    fn was_told(&self, drone: &str, with: Option<&str>) -> bool {
-        let pair = Some((drone, with));
+    /// Whether a patch said that a drone and another come too near at about a time (s).
+    fn was_told(&self, drone: &str, with: Option<&str>, at_s: Option<f64>) -> bool {
+        let is_then = |it: &Violation| {
+            let until_s = it.until_s.unwrap_or(f64::INFINITY);
+            at_s.is_some_and(|at_s| it.from_s - TOLD_S <= at_s && at_s <= until_s + TOLD_S)
+        };
         self.unavoidable.values().any(|it| {
-            let with = it.with.as_deref();
-            let turned = with.map(|with| (with, Some(&*it.drone)));
-            pair == Some((&*it.drone, with)) || pair == turned
+            let told = (Some(&*it.drone), it.with.as_deref());
+            is_then(it) && (told == (Some(drone), with) || told == (with, Some(drone)))
         })
+    }
+
+    fn touch_was_told(&self, it: &DroneFlight) -> bool {
+        self.was_told(&it.name, it.least_gap_to.as_deref(), it.least_gap_at_s)
+    }
+
+    fn air_was_told(&self, it: &DroneFlight) -> bool {
+        self.was_told(&it.name, it.worst_from.as_deref(), it.worst_at_s)
     }
 
     /// Whether it flew into something that no patch had told.
     fn flew_badly(&self, it: &DroneFlight) -> bool {
-        it.touches() && !self.was_told(&it.name, it.least_gap_to.as_deref())
-            || it.over_limit_s > 0.0 && !self.was_told(&it.name, it.worst_from.as_deref())
+        it.touches() && !self.touch_was_told(it) || it.over_limit_s > 0.0 && !self.air_was_told(it)
     }
 
     pub(super) fn examined(
@@ -315,14 +327,13 @@ impl Tally {
             };
             let touching = drones.iter().filter(|it| it.touches());
             for it in touching.take(MOST_LISTED) {
-                let with = it.least_gap_to.as_deref();
                 lines.push(format!(
                     "  {} touches {} at {:.1} s, {:.2} m deep{}",
                     it.name,
-                    with.unwrap_or("another"),
+                    it.least_gap_to.as_deref().unwrap_or("another"),
                     it.least_gap_at_s.unwrap_or_default(),
                     -it.least_gap_m.unwrap_or_default(),
-                    told(self.was_told(&it.name, with))
+                    told(self.touch_was_told(it))
                 ));
             }
             let over = drones.iter().filter(|it| it.over_limit_s > 0.0);
@@ -333,7 +344,7 @@ impl Tally {
                     it.over_limit_s,
                     it.worst_alpha,
                     it.air_limit,
-                    told(self.was_told(&it.name, it.worst_from.as_deref()))
+                    told(self.air_was_told(it))
                 ));
             }
         }
