@@ -416,7 +416,7 @@ const MOST_LANDINGS: usize = 3;
 /// How much of what was flown is kept (s). Chosen here: all of it is verified with every patch, and
 /// a drone that rests where it was to be so long ago, and is not there, is lost rather than late.
 const HISTORY_S: f64 = 45.0;
-/// How often what is older is dropped (s). Chosen here: it costs about as much as a patch.
+/// How often what is older is dropped (s). Chosen here: it fills the costmap anew.
 const TIDY_S: f64 = 15.0;
 /// Longest time from one time told to the next (s): a day. Chosen here: a clock that leaps further
 /// is wrong, and times never go back from what was believed.
