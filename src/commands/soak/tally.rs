@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use diagnosis::statistics::quantile::nearest_rank;
 use flight::report::{DroneFlight, Flight};
-use planner::plan::Violation;
+use planner::plan::{Violation, ViolationKind};
 use serde_json::{Value, json};
 use service::message::Patch;
 
@@ -116,24 +116,34 @@ impl Tally {
         self.unavoidable.contains_key(violation)
     }
 
-    /// Whether a patch said that a drone and another come too near at about a time (s).
-    fn was_told(&self, drone: &str, with: Option<&str>, at_s: Option<f64>) -> bool {
+    /// Whether a patch told this kind of conflict of a drone with another at about a time (s).
+    fn was_told(
+        &self,
+        kind: ViolationKind,
+        (drone, with): (&str, Option<&str>),
+        at_s: Option<f64>,
+    ) -> bool {
         let is_then = |it: &Violation| {
             let until_s = it.until_s.unwrap_or(f64::INFINITY);
             at_s.is_some_and(|at_s| it.from_s - TOLD_S <= at_s && at_s <= until_s + TOLD_S)
         };
         self.unavoidable.values().any(|it| {
             let told = (Some(&*it.drone), it.with.as_deref());
-            is_then(it) && (told == (Some(drone), with) || told == (with, Some(drone)))
+            let is_of_kind = it.kind.without_margin() == kind;
+            is_of_kind
+                && is_then(it)
+                && (told == (Some(drone), with) || told == (with, Some(drone)))
         })
     }
 
     fn touch_was_told(&self, it: &DroneFlight) -> bool {
-        self.was_told(&it.name, it.least_gap_to.as_deref(), it.least_gap_at_s)
+        let pair = (&*it.name, it.least_gap_to.as_deref());
+        self.was_told(ViolationKind::Collision, pair, it.least_gap_at_s)
     }
 
     fn air_was_told(&self, it: &DroneFlight) -> bool {
-        self.was_told(&it.name, it.worst_from.as_deref(), it.worst_at_s)
+        let pair = (&*it.name, it.worst_from.as_deref());
+        self.was_told(ViolationKind::Air, pair, it.worst_at_s)
     }
 
     /// Whether it flew into something that no patch had told.
